@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.control.drive_error import DriveError, delayed
+from cohelm.control.drive_error import SWING, DriveError, delayed
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.control.verification import Verification
 from cohelm.robots.clearance import Clearance
@@ -102,12 +102,12 @@ def test_casters_kick_a_chair_that_sets_off_or_reverses(kick, now):
 
 
 def test_casters_that_trail_already_do_not_kick():
-    """v²/2a at 1 m/s is more than the way of the swing."""
-    problem = scene(speed=1.0)
-    swing = 1.0**2 / (2.0 * problem.robot.max_acceleration)
-    ahead = driving(problem, 1.0, 1.0)
-    drive = DriveError(kick=0.05, swing=0.99 * swing)
-    assert drive.displaced(ahead.poses, 1.0, problem.robot) == (ahead.poses,)
+    """v²/2a of a chair as fast as this is just more, or just less, than the way of the swing."""
+    robot = scene().robot
+    for share, kicked in ((1.01, 1), (0.99, 3)):
+        speed = float(np.sqrt(share * 2.0 * robot.max_acceleration * SWING))
+        ahead = driving(scene(speed=speed), speed, speed)
+        assert len(DriveError(kick=0.05).displaced(ahead.poses, speed, robot)) == kicked
 
 
 @pytest.mark.parametrize(("gap", "free"), [(0.02, False), (0.06, True)])

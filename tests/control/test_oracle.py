@@ -12,8 +12,8 @@ import pytest
 from cohelm.benchmarks.solver.correctness import commands, failures
 from cohelm.benchmarks.solver.states import with_futures
 from cohelm.control import OptimalControl, SsMpcDcbf
-from cohelm.control.stack import Terms
-from cohelm.control.terms import InputEffort, TrackReference
+from cohelm.control.stack import Terms, TrackingTerms
+from cohelm.control.terms import InputDeviation, TrackReference
 from cohelm.messages import Groups
 from cohelm.robots.clearance import Clearance
 from cohelm.social import PersonalSpace
@@ -115,9 +115,9 @@ def test_slow_people_need_as_little_clearance_in_the_oracle():
 
 
 def test_groups_and_a_tracked_reference_cost_the_same_in_the_oracle():
-    terms = Terms(
+    terms = TrackingTerms(
         track_reference=TrackReference(position=0.4, heading=0.2),
-        input_effort=InputEffort(speed=0.3, turn=0.2),
+        input_effort=InputDeviation(speed=0.3, turn=0.2),
     )
     rng, met, nowhere = np.random.default_rng(4), 0, np.array([[1.0, 0.0, -1e3]] * 2)
     for _ in range(3):
@@ -133,7 +133,7 @@ def test_groups_and_a_tracked_reference_cost_the_same_in_the_oracle():
 
 
 def test_the_printed_forms_cost_the_same_in_the_oracle():
-    terms = Terms(input_effort=InputEffort(input_cost="printed", speed=0.2))
+    terms = TrackingTerms(input_effort=InputDeviation(input_cost="printed", speed=0.2))
     rng, nowhere = np.random.default_rng(6), np.array([[1.0, 0.0, -1e3]] * 2)
     model = PersonalSpace(PersonalSpace.Parameters(shape="printed"))
     for _ in range(3):

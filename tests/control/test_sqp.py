@@ -5,8 +5,8 @@ import pytest
 
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.objective_tables import TERMS
-from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier, InputEffort, Progress, TrackReference
+from cohelm.control.stack import Terms, TrackingTerms
+from cohelm.control.terms import Barrier, InputDeviation, Progress, TrackReference
 from cohelm.robots.clearance import Clearance
 from cohelm.testing.comparison import along
 from cohelm.testing.problems import mirrored, turned
@@ -61,10 +61,10 @@ def test_the_cost_is_the_sum_of_its_terms(planner, crowded, motions, rng):
 
 def test_a_quadratic_problem_takes_one_step(motions):
     """Alone, straight ahead, along a line: states are linear in the speeds, so Newton is exact."""
-    terms = Terms(
+    terms = TrackingTerms(
         progress=Progress(final=0.0, mean=0.0),
         track_reference=TrackReference(position=1.0, heading=0.3),
-        input_effort=InputEffort(speed=0.5),
+        input_effort=InputDeviation(speed=0.5),
     )
     problem = local_problem(steps=15, step=0.2, speed=0.5, wanted=0.8)
     seed = dataclasses.replace(motions.standing(problem), current_input=np.array([0.5, 0.0]))

@@ -8,6 +8,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.control import SsMpcDcbf
 from cohelm.control.planner_memory import PlannerMemory, class_changes, unexpired_memory
+from cohelm.control.ss_mpc_dcbf import CONTACT_WAIT
 from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.verification import Verification
 from cohelm.messages import RiderProfile, Status
@@ -162,18 +163,17 @@ def who_may_turn(share):
 def test_probable_hypotheses_bind_emergency_braking(share, clear):
     problem = who_may_turn(share)
     ahead = limited_trajectory(problem, np.tile([0.8, 0.0], (25, 1)), np.array([0.8, 0.0]))
-    rules = Verification(people_acceleration=0.0, min_probability=0.1)
+    rules = Verification(people_acceleration=0.0)
     clearance = Clearance(now=0.12, growth=0.0)
     checks = rules.verifier(problem, clearance, np.array([0.8, 0.0]), np.zeros(1), np.zeros(1))
     assert checks.accepts(ahead) is clear
 
 
 def test_the_chair_waits_after_a_contact():
-    patience = PLANNER.parameters.contact_wait
     touched = dataclasses.replace(scene(), last_contact=0.0)
-    soon = PLANNER.plan(dataclasses.replace(touched, time=0.9 * patience), None)
+    soon = PLANNER.plan(dataclasses.replace(touched, time=0.9 * CONTACT_WAIT), None)
     assert soon.status is Status.STOP
-    later = PLANNER.plan(dataclasses.replace(touched, time=1.1 * patience), soon)
+    later = PLANNER.plan(dataclasses.replace(touched, time=1.1 * CONTACT_WAIT), soon)
     assert later.status is not Status.STOP
 
 
@@ -187,7 +187,7 @@ def test_the_reason_of_a_long_contact_stays_once_told():
         if plan.status is not Status.STOP:
             break
         told.append(not plan.brief)
-    assert time == pytest.approx(ends + PLANNER.parameters.contact_wait, abs=0.11)
+    assert time == pytest.approx(ends + CONTACT_WAIT, abs=0.11)
     assert told == sorted(told)
     assert told[-1]
 

@@ -7,8 +7,8 @@ import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.trajectories import limited_trajectory
-from cohelm.control.turn_back import turned_back
-from cohelm.control.verification import Verification, Verifier
+from cohelm.control.turn_back import TURN_DELAY, turned_back
+from cohelm.control.verification import REACTION, Verification, Verifier
 from cohelm.messages import Status
 from cohelm.robots.braking import STANDING, braking
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -41,12 +41,12 @@ def straight_on(problem, speed):
 def turned(position, velocity, count):
     """Where somebody is every ``FINE`` s from now on who began to turn ``unseen`` ago."""
     ahead = velocity / np.hypot(*velocity)
-    at, pace, out = position - RULES.turn_back_delay * velocity, np.hypot(*velocity), []
+    at, pace, out = position - TURN_DELAY * velocity, np.hypot(*velocity), []
     goes = -pace
-    for k in range(round(RULES.turn_back_delay / FINE) + count):
+    for k in range(round(TURN_DELAY / FINE) + count):
         at = at + FINE * pace * ahead
         pace = max(pace - TURN * FINE, goes)
-        if k >= round(RULES.turn_back_delay / FINE):
+        if k >= round(TURN_DELAY / FINE):
             out.append(at)
     return np.array(out)
 
@@ -61,9 +61,7 @@ def touch_at(problem, command, where):
     """When the chair, moving, is touched if it brakes hard after a command, s; +inf: never."""
     robot, now = problem.robot, np.array([problem.twist[0], problem.twist[2]])
     hard = robot.emergency_deceleration
-    poses = braking(
-        robot, problem.pose, now, command, hold=RULES.reaction, deceleration=hard, step=FINE
-    )
+    poses = braking(robot, problem.pose, now, command, hold=REACTION, deceleration=hard, step=FINE)
     moving = np.hypot(*np.diff(poses[:, :2], axis=0).T) > STANDING * FINE
     gaps = [
         nearest_on_spine_in_map(robot.capsule, pose, *spot)[0]
@@ -111,9 +109,7 @@ def test_who_has_stood_for_a_while_does_not_turn_back():
         problem.people,
         problem.predictions,
         np.array([0.2, 0.8]),
-        delay=RULES.turn_back_delay,
         acceleration=RULES.turn_back_acceleration,
-        top_speed=RULES.turn_back_speed,
     )
     assert np.ptp(found.mean[0], axis=1).max() == 0.0
     assert found.mean[1, 0, -1, 1] < 2.0 - 1.0

@@ -1,19 +1,24 @@
 """The planner asks for no less than the gate, which would else overrule what is verified."""
 
+import dataclasses
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from cohelm.control import SsMpcDcbf
+from cohelm.control.verification import MIN_PROBABILITY, REACTION
 from cohelm.robots.clearance import CLOSEST, Clearance
 from cohelm.safety import GateParameters
+from cohelm.testing.scenes import local_problem
 
 PLANNER, GATE = SsMpcDcbf.Parameters().verification, GateParameters()
 
 
-@pytest.mark.parametrize("margin", ["wall_margin", "stalled_wall_margin"])
-def test_gaps_to_walls(margin):
-    assert getattr(PLANNER, margin) >= GATE.wall_margin
+@pytest.mark.parametrize("stalled", [False, True])
+def test_gaps_to_walls(stalled):
+    problem = dataclasses.replace(local_problem(steps=24, step=0.16), stalled=stalled)
+    assert PLANNER.wall_margin_of(problem) >= GATE.wall_margin
 
 
 @given(
@@ -34,8 +39,8 @@ def test_gaps_to_people_whatever_the_clearance(clearance, tight):
 
 
 def test_whatever_future_the_gate_counts_the_planner_does():
-    assert PLANNER.min_probability <= GATE.min_probability
+    assert GATE.min_probability >= MIN_PROBABILITY
 
 
 def test_braking_begins_no_sooner():
-    assert PLANNER.reaction >= GATE.reaction
+    assert GATE.reaction <= REACTION

@@ -17,6 +17,9 @@ from cohelm.config import Model
 from cohelm.control.api import Trajectory
 from cohelm.robots import Robot
 
+SWING = 0.15
+"""Distance driven until the casters have swung round, m: three trails (assumed)."""
+
 
 class DriveError(Model):
     """Bounds of the error; 0 turns a part off."""
@@ -27,8 +30,6 @@ class DriveError(Model):
     kick: float = Field(0.0, ge=0.0, le=0.1)
     """Largest sideways displacement by casters that swing round, m. A caster that swings about its
     point of contact moves its swivel by its trail, 0.04 to 0.06 m (assumed), at most."""
-    swing: float = Field(0.15, gt=0.0, le=1.0)
-    """Distance driven until the casters have swung round, m: three trails (assumed)."""
 
     def driven(self, trajectory: Trajectory, robot: Robot) -> Floats:
         """Poses (N+1, 3) of a trajectory whose inputs take effect late."""
@@ -69,7 +70,7 @@ class DriveError(Model):
             if step and math.copysign(1.0, step) != before:
                 before, gone = math.copysign(1.0, step), 0.0
             further = gone + abs(float(step))
-            total += min(further, self.swing) / self.swing - min(gone, self.swing) / self.swing
+            total += min(further, SWING) / SWING - min(gone, SWING) / SWING
             gone, out[k + 1] = further, total
         return out
 

@@ -59,7 +59,6 @@ class OptimalControl:
         terms: terms and barriers.
         clearance: clearance from people.
         extra_terms: terms of one's own.
-        decay_time: time constant with which the weight of predictions decays, s.
         tick: time between two commands, s: the first change of input must fit into it.
         norm: of distances to bodies.
     """
@@ -70,13 +69,12 @@ class OptimalControl:
         clearance: Clearance,
         *,
         extra_terms: Sequence[ExtraTerm] = (),
-        decay_time: float = 4.0,
         tick: float = 0.05,
         norm: Literal[1, 2, "inf"] = 2,
     ) -> None:
         self.terms, self.clearance = terms, clearance
         self.extra_terms = tuple(extra_terms)
-        self.decay_time, self.tick, self.norm = decay_time, tick, norm
+        self.tick, self.norm = tick, norm
         self.names = (*TERMS, *(term.name for term in extra_terms))
         self._workspaces: dict[tuple[int, ...], SolverWorkspace] = {}
 
@@ -106,7 +104,6 @@ class OptimalControl:
             planned=planned,
             clearance=self.clearance,
             wall_margin=wall_margin,
-            decay_time=self.decay_time,
             tick=self.tick,
             acceleration=acceleration,
         )

@@ -14,6 +14,8 @@ from cohelm.control.api import LocalProblem
 from cohelm.robots.clearance import Clearance, oncoming_share, people_margins
 from cohelm.shapes import ELLIPSE, PRINTED
 
+DECAY_TIME = 4.0
+"""Time constant with which the weight of predictions decays, s: about the time of a passage."""
 X, Y, AXIS_X, AXIS_Y, AHEAD, BEHIND, ASIDE, MARGIN = range(8)
 """Columns of ``PeopleTable.states``."""
 
@@ -52,9 +54,7 @@ class PeopleTable(NamedTuple):
     """Largest extent of that space, m."""
 
 
-def people_table(
-    problem: LocalProblem, steps: int, clearance: Clearance, decay_time: float
-) -> PeopleTable:
+def people_table(problem: LocalProblem, steps: int, clearance: Clearance) -> PeopleTable:
     """The people over L steps with their clearance."""
     p, s = problem.predictions, problem.spaces
     law = clearance.law(
@@ -84,7 +84,7 @@ def people_table(
         radius=radius,
         person=person,
         fastest=fastest,
-        fade=_fade(problem.reference.step, steps, decay_time),
+        fade=_fade(problem.reference.step, steps),
         num_people=len(problem.people),
         printed=printed,
         floor=s.floor,
@@ -97,9 +97,9 @@ def people_table(
 
 
 @functools.lru_cache(maxsize=64)
-def _fade(step: float, steps: int, decay: float) -> Floats:
-    """exp(−t / decay), (L+1,)."""
-    return np.asarray(np.exp(-step * np.arange(steps + 1) / decay))
+def _fade(step: float, steps: int) -> Floats:
+    """exp(−t / DECAY_TIME), (L+1,)."""
+    return np.asarray(np.exp(-step * np.arange(steps + 1) / DECAY_TIME))
 
 
 @functools.lru_cache(maxsize=64)

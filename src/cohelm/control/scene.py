@@ -115,8 +115,6 @@ class SceneSettings(NamedTuple):
     clearance: Clearance
     wall_margin: float
     """Gap to a wall that counts as contact, m."""
-    decay_time: float
-    """Time constant with which the weight of predictions decays, s."""
     tick: float
     """Time until the next decision, s."""
     acceleration: float
@@ -140,7 +138,7 @@ def make_scene(problem: LocalProblem, current_input: Floats, settings: SceneSett
         planned=settings.planned,
         heading_lead=problem.robot.motion_model.turned * step,
         path=path_table(problem.reference, problem.top_speed, settings.steps),
-        people=people_table(problem, settings.steps, settings.clearance, settings.decay_time),
+        people=people_table(problem, settings.steps, settings.clearance),
         groups=_groups(problem.spaces.groups, settings.steps),
         walls=_walls(problem, settings.wall_margin),
         robot=_robot(problem, current_input, settings),

@@ -55,6 +55,12 @@ _SPEED_SHARES = (0.6, 0.3)
 
 _STAND = 0.4
 """Shortest stand, s: a shorter one is felt as a jolt."""
+CONTACT_WAIT = 1.0
+"""Standstill after a walking person has touched the robot, s."""
+_LATE = 0.05
+"""Lateness from which one candidate is improved by one program, s: a tick."""
+_RESAMPLE_ABOVE = 1.0
+"""With one candidate: increase of the plan's cost above which others are sampled, s."""
 
 
 class SsMpcDcbf:
@@ -80,18 +86,10 @@ class SsMpcDcbf:
         """Δt, s; longer than a tick, so the last plan is shifted by interpolation."""
         candidates: int = Field(2, ge=1, le=8)
         """Trajectories that the SQP improves. With one it is the last plan, as in the paper:
-        trajectories are sampled only without a plan, if it fails verification, if the ride is
-        stalled, or above ``resample_above``."""
-        resample_above: float = Field(1.0, ge=0.0, le=100.0)
-        """With one candidate: increase of the plan's cost above which others are sampled, s."""
+        trajectories are sampled only without a plan, if it fails verification or costs much more
+        than before, or if the ride is stalled."""
         iterations: int = Field(2, ge=1, le=50)
         """Quadratic programs per candidate: the budget, the same on every machine."""
-        late: float = Field(0.05, gt=0.0, le=1.0)
-        """Lateness from which one candidate is improved by one program, s: a tick."""
-        contact_wait: float = Field(1.0, ge=0.0, le=10.0)
-        """Standstill after a walking person has touched the robot, s."""
-        decay_time: float = Field(4.0, gt=0.0)
-        """Time constant with which the weight of predictions decays, s."""
         clearance: Clearance = Clearance()
         terms: Terms = Terms()
         choice: Choice = Choice()
@@ -104,16 +102,14 @@ class SsMpcDcbf:
         p = self.parameters = parameters or self.Parameters()
         self.steps, self.step = p.sampling.steps(p.step, p.steps), p.step
         self.clearance = p.clearance
-        self.control = OptimalControl(
-            p.terms, p.clearance, extra_terms=extra_terms, decay_time=p.decay_time
-        )
+        self.control = OptimalControl(p.terms, p.clearance, extra_terms=extra_terms)
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
         p = self.parameters
         check_problem(problem)
         cycle = self._prepare(problem, previous)
-        if problem.time - problem.last_contact < p.contact_wait:
+        if problem.time - problem.last_contact < CONTACT_WAIT:
             return self._stop(cycle, cycle.braking(), 0)
         stood = problem.time - cycle.stands_since
         if 0.0 <= stood < _STAND and not problem.stalled:
@@ -164,12 +160,12 @@ class SsMpcDcbf:
 
         Returns:
             The plan and the number of quadratic programs. The list is empty if its cost has risen
-            by more than ``resample_above``.
+            by more than ``_RESAMPLE_ABOVE``.
         """
         [last] = cycle.evaluate([warm.inputs], [PREVIOUS])
         improved, programs = self._improve(cycle, [last])
         lowest = -np.inf if cycle.memory is None else cycle.memory.lowest_cost
-        limit = lowest + self.parameters.resample_above
+        limit = lowest + _RESAMPLE_ABOVE
         return [each for each in (*improved, last) if each.score <= limit], programs
 
     def _resample(
@@ -241,7 +237,7 @@ class SsMpcDcbf:
         return helpful[-1]
 
     def _is_late(self, cycle: PlanningCycle) -> bool:
-        return cycle.problem.late > self.parameters.late
+        return cycle.problem.late > _LATE
 
     def _as_plan(
         self,

@@ -17,17 +17,22 @@ from cohelm.control.terms import (
     FinalHeading,
     GroupSpace,
     InputChange,
+    InputDeviation,
     InputEffort,
     PathDistance,
     PersonalSpaceCost,
     PersonClearance,
     Progress,
     TrackReference,
+    WallBarrier,
     WallClearance,
 )
 from cohelm.control.terms.barrier import REACH
 from cohelm.control.terms.extra import extra_table
 
+_SPACES_FROM = 0.3
+"""Probability from which the space of a less likely hypothesis counts; its body does not: who may
+turn towards the robot gets room, and is no obstacle yet."""
 _NORMS = {1: 1, 2: 2, "inf": 0}
 
 
@@ -39,14 +44,18 @@ class Terms(Model):
     final_heading: FinalHeading = FinalHeading()
     input_effort: InputEffort = InputEffort()
     input_change: InputChange = InputChange()
-    track_reference: TrackReference = TrackReference()
     person_clearance: PersonClearance = PersonClearance()
     personal_space: PersonalSpaceCost = PersonalSpaceCost()
     group_space: GroupSpace = GroupSpace()
     wall_clearance: WallClearance = WallClearance()
     bodies: Barrier = Barrier()
-    social_space: Barrier = Barrier(gamma=0.15, l1=0.2, l2=0.2, min_probability=0.3)
-    walls: Barrier = Barrier(gamma=1.0, l1=4.0, l2=4.0)
+    social_space: Barrier = Barrier(gamma=0.15, l1=0.2, l2=0.2)
+    walls: WallBarrier = WallBarrier(l1=4.0, l2=4.0)
+
+    @property
+    def tracking(self) -> TrackReference:
+        """Tracking of the reference's poses: none, since the path is followed at any time."""
+        return TrackReference()
 
     def objective(
         self,
@@ -67,9 +76,9 @@ class Terms(Model):
         kind = _NORMS[norm]
         return Objective(
             **self._terms(scene, problem, extra_terms),
-            bodies=self.bodies.table(scene, kind),
-            social=self.social_space.table(scene),
-            walls=self.walls.table(scene),
+            bodies=self.bodies.table(scene, norm=kind),
+            social=self.social_space.table(scene, min_probability=_SPACES_FROM),
+            walls=self.walls.table(),
             start=start_values(scene, kind),
             widest=self._widest(scene.people),
         )
@@ -88,7 +97,6 @@ class Terms(Model):
             **self._terms(scene, problem, extra_terms),
             bodies=self.bodies.coarser(objective.bodies, stride),
             social=self.social_space.coarser(objective.social, stride),
-            walls=self.walls.coarser(objective.walls, stride),
         )
 
     def _terms(
@@ -101,7 +109,7 @@ class Terms(Model):
             "heading": self.final_heading.table(scene),
             "effort": self.input_effort.table(scene),
             "change": self.input_change.table(scene),
-            "track": self.track_reference.table(scene),
+            "track": self.tracking.table(scene),
             "person": self.person_clearance.table(scene),
             "space": self.personal_space.table(scene),
             "group": self.group_space.table(scene),
@@ -119,3 +127,15 @@ class Terms(Model):
         if self.social_space.is_active:
             widest = max(widest, people.extent + people.own_extent + REACH)
         return widest
+
+
+class TrackingTerms(Terms):
+    """The objective of planners that track the reference's poses and inputs, eq. (12)."""
+
+    input_effort: InputDeviation = InputDeviation()
+    track_reference: TrackReference = TrackReference()
+
+    @property
+    def tracking(self) -> TrackReference:
+        """Tracking of the reference's poses."""
+        return self.track_reference

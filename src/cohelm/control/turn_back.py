@@ -10,8 +10,13 @@ from numba import njit
 from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.messages import People, Predictions
 
+TURN_DELAY = 0.25
+"""Delay until a turn is detected, s: two scans and the filter."""
+RETURN_SPEED = 1.0
+"""Speed up to which people may return faster than measured, m/s: a turning person is measured as
+slow."""
 _FASTER = 4.0
-"""Assumed return speed as a multiple of the measured speed, up to ``turn_back_speed``."""
+"""Assumed return speed as a multiple of the measured speed, up to ``RETURN_SPEED``."""
 _WALKED = 0.5
 """People who have been slower than this lately are assumed not to turn back, m/s: tracking noise is
 up to 0.3 m/s."""
@@ -22,9 +27,7 @@ def turned_back(
     given: Predictions,
     speeds: Floats,
     *,
-    delay: float,
     acceleration: float,
-    top_speed: float,
 ) -> Predictions:
     """Predictions of all people walking back, since a turn that is not detected yet.
 
@@ -35,17 +38,15 @@ def turned_back(
         people: as measured.
         given: predictions of these people.
         speeds: (n,) of people lately, m/s.
-        delay: until a turn is detected, s.
         acceleration: of a turn, m/s².
-        top_speed: up to which people may return faster than measured, m/s.
     """
     mean, velocity = _return(
         people.mean,
         np.asarray(given.step * np.arange(given.mean.shape[2]), dtype=float),
         speeds > _WALKED,
-        delay,
+        TURN_DELAY,
         acceleration,
-        top_speed,
+        RETURN_SPEED,
     )
     return unchecked(
         given,

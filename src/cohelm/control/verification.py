@@ -30,6 +30,14 @@ _FINE = 0.05
 """Time between the poses of a verified braking, s."""
 _NEAR = 2.0
 """Distance up to which a person ahead is near, m."""
+REACTION = 0.2
+"""Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
+MIN_PROBABILITY = 0.1
+"""Probability from which emergency braking must also keep clear of a hypothesis that is not the
+most likely one: of one in ten, and not of those that every predictor lists."""
+_STALLED_WALL_SHARE = 0.6
+"""Share of the gap to a wall while the ride is stalled: a creeping robot needs less, and still more
+than the safety gate's 0.01 m."""
 _STALLED_SHARE = 0.5
 """Share of the horizon while the ride is stalled: a creeping robot stops within 0.12 m, and sees
 the gap to a person only when it is there."""
@@ -52,32 +60,20 @@ class Verification(Model):
     """Margins and horizon of the verification; assumed. See ``robots.clearance`` for people."""
 
     wall_margin: float = Field(0.02, ge=0.0)
-    """Gap to a wall that counts as contact, m."""
-    stalled_wall_margin: float = Field(0.012, ge=0.0)
-    """Gap to a wall that counts as contact while the ride is stalled, m."""
+    """Gap to a wall that counts as contact, m; less while the ride is stalled."""
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
     """Share of the clearance that a trajectory must keep from people."""
     people_acceleration: float = Field(2.0, ge=0.0)
     """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
     that they can reach, so the robot is slow near people."""
-    min_probability: float = Field(0.1, ge=0.0, le=1.0)
-    """Probability from which emergency braking must also keep clear of a hypothesis that is not the
-    most likely one."""
     turn_back_acceleration: float = Field(6.0, ge=0.0)
     """Acceleration of walking people who turn back, m/s²: emergency braking must keep clear of all
     of them, however unlikely it is; 0: only predicted turns count. A person who walks at 1.1 m/s
     has turned within 0.4 s."""
-    turn_back_delay: float = Field(0.25, ge=0.0)
-    """Delay until a turn is detected, s: two scans and the filter."""
-    turn_back_speed: float = Field(1.0, ge=0.0)
-    """Speed up to which people may return faster than measured, m/s: a turning person is measured
-    as slow."""
     turn_back_margin: float = Field(0.1, ge=0.0)
     """Gap to a person who turns back that counts as contact, m."""
     horizon: float = Field(2.0, gt=0.0)
     """Time for which a trajectory must be free of contact, s; braking is checked in any case."""
-    reaction: float = Field(0.2, gt=0.0)
-    """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
     drive: DriveError = DriveError()
     """Error of the drive that a trajectory must bear; none by default."""
     unaware_after: float = Field(0.1, ge=0.0)
@@ -87,7 +83,7 @@ class Verification(Model):
 
     def wall_margin_of(self, problem: LocalProblem) -> float:
         """Gap to a wall that counts as contact in a problem, m."""
-        return self.stalled_wall_margin if problem.stalled else self.wall_margin
+        return self.wall_margin * (_STALLED_WALL_SHARE if problem.stalled else 1.0)
 
     def horizon_of(self, problem: LocalProblem) -> float:
         """Time for which a trajectory must be free of contact in a problem, s."""
@@ -127,9 +123,7 @@ class Verification(Model):
                 problem.people,
                 problem.predictions,
                 speeds,
-                delay=self.turn_back_delay,
                 acceleration=self.turn_back_acceleration,
-                top_speed=self.turn_back_speed,
             )
         return Verifier(self, problem, current_input, margins, returning, courses)
 
@@ -240,7 +234,7 @@ class Verifier:
     def _contacts_of_stop(self, stop: Trajectory) -> Floats:
         """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
         given = self.problem.predictions
-        later = unchecked(given, mean=given.mean + (self.rules.reaction + _TICK) * given.velocity)
+        later = unchecked(given, mean=given.mean + (REACTION + _TICK) * given.velocity)
         return self._contacts(self._driven(stop), later, self._reach, step=stop.step)
 
     def _reached(self, command: Floats, deceleration: float) -> Booleans:
@@ -294,7 +288,7 @@ class Verifier:
             poses,
             problem.predictions,
             margins._replace(
-                acceleration=rules.people_acceleration, min_probability=rules.min_probability
+                acceleration=rules.people_acceleration, min_probability=MIN_PROBABILITY
             ),
         )
         if self.returning is None:
@@ -310,7 +304,7 @@ class Verifier:
             problem.pose,
             self.current_input,
             command,
-            hold=self.rules.reaction + self.rules.drive.delay,
+            hold=REACTION + self.rules.drive.delay,
             deceleration=deceleration,
             step=_FINE,
         )

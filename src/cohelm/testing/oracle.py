@@ -34,6 +34,8 @@ _FREE = np.inf
 _ROUNDING = 1e-6
 _ROUNDS = 3
 """Maximum number of programs with other segments of the path."""
+_DECAY_TIME = 4.0
+"""Time constant with which the weight of predictions decays, s."""
 _BRISK = 0.5
 """Speed of a person from which the clearance counts in full, m/s."""
 _AHEAD = round(2.0 / SPACING)
@@ -228,7 +230,7 @@ def _values(
             *(a.ravel() for a in hypotheses),
             problem.people.radius,
             predictions.weight.ravel(),
-            np.exp(-problem.reference.step * np.arange(steps) / control.decay_time),
+            np.exp(-problem.reference.step * np.arange(steps) / _DECAY_TIME),
             [spaces.floor, spaces.robot_floor, problem.profile.clearance, spaces.scale],
             [max(float(problem.reference.speeds.max()), creep)],
             spaces.robot,

@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from cohelm.arrays import Booleans
 from cohelm.control import LocalProblem
 from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier
+from cohelm.control.terms import Barrier, InputDeviation, WallBarrier
 from cohelm.robots import Robot
 from cohelm.shapes import ELLIPSE, PRINTED
 
@@ -23,6 +24,8 @@ _ROUNDED = 1e-3
 """Distance from the end of the reference at which its norm is rounded, m."""
 _SATURATED = 1.0
 """Upper bound of h, m."""
+_SPACES_FROM = 0.3
+"""Probability from which the space of a hypothesis that is not the most likely one binds."""
 _STANDS = 0.2
 """Speed from which the robot is fully responsible, m/s."""
 
@@ -68,8 +71,8 @@ class ProgramSize:
         if weight.size:
             likeliest[np.arange(len(weight)), weight.argmax(axis=1)] = True
 
-        def bind(barrier: Barrier) -> tuple[bool, ...]:
-            binds = likeliest | (weight >= barrier.min_probability)
+        def bind(barrier: Barrier, others: Booleans) -> tuple[bool, ...]:
+            binds = likeliest | others
             return tuple((binds & _active(barrier)).ravel().tolist())
 
         return ProgramSize(
@@ -77,8 +80,8 @@ class ProgramSize:
             step=problem.reference.step,
             people=len(weight),
             hypotheses=weight.shape[1],
-            bodies=bind(terms.bodies),
-            social=bind(terms.social_space),
+            bodies=bind(terms.bodies, weight >= 1.0),
+            social=bind(terms.social_space, weight >= _SPACES_FROM),
             kind=problem.spaces.kind,
             groups=0 if groups is None else len(groups.id),
             directions=0 if groups is None else len(groups.direction),
@@ -125,9 +128,10 @@ def cost_of(
     poses, inputs = trajectory
     change = inputs - ca.horzcat(p["current_input"], inputs[:, :-1])
     effort = w.input_effort
-    wanted = 0.0 if effort.input_cost == "printed" else p["speeds"][:-1].T
-    cost = z.step * effort.speed * ca.sumsqr(inputs[0, :] - wanted)
-    cost += z.step * effort.turn * ca.sumsqr(inputs[1, :])
+    cost = z.step * effort.turn * ca.sumsqr(inputs[1, :])
+    if isinstance(effort, InputDeviation):
+        wanted = 0.0 if effort.input_cost == "printed" else p["speeds"][:-1].T
+        cost += z.step * effort.speed * ca.sumsqr(inputs[0, :] - wanted)
     cost += w.input_change.speed / z.step * ca.sumsqr(change[0, :])
     cost += w.input_change.turn / z.step * ca.sumsqr(change[1, :])
     cost += _path(ca, w, p, poses, hinges.lag, z) + _tracking(ca, w, p, poses, z)
@@ -157,10 +161,10 @@ def _path(ca: Any, w: Terms, p: dict[str, Any], poses: Any, lag: Any, z: Program
 def _tracking(ca: Any, w: Terms, p: dict[str, Any], poses: Any, z: ProgramSize) -> Any:
     """Xu et al., eq. (12): squared distance and heading error from the reference's poses."""
     duration = np.full((1, z.steps), z.step)
-    duration[0, -1] += w.track_reference.terminal
+    duration[0, -1] += w.tracking.terminal
     error = poses[:, 1:].T - p["reference"][1:, :]
-    squares = w.track_reference.position * (error[:, 0] ** 2 + error[:, 1] ** 2)
-    return ca.mtimes(duration, squares + w.track_reference.heading * error[:, 2] ** 2)
+    squares = w.tracking.position * (error[:, 0] ** 2 + error[:, 1] ** 2)
+    return ca.mtimes(duration, squares + w.tracking.heading * error[:, 2] ** 2)
 
 
 def _people(
@@ -181,7 +185,7 @@ def _people(
 
 def barriers(
     ca: Any, w: Terms, body: Footprint, p: dict[str, Any], poses: Any, z: ProgramSize
-) -> list[tuple[Barrier, list[Any]]]:
+) -> list[tuple[Barrier | WallBarrier, list[Any]]]:
     """(barrier, series of h over the states that share a slack) of each slack."""
     bodies: list[list[Any]] = [[] for _ in range(z.people)]
     social: list[list[Any]] = [[] for _ in range(z.people)]
@@ -192,15 +196,15 @@ def barriers(
         if z.social[q]:
             social[q // z.hypotheses].append(gap - extent - own)
     walls = [gap - p["clearance"] for gap in _wall_gaps(ca, body, p, poses)]
-    grouped = [(w.bodies, each) for each in bodies] + [(w.social_space, each) for each in social]
+    grouped: list[tuple[Barrier | WallBarrier, list[Any]]] = [
+        *((w.bodies, each) for each in bodies), *((w.social_space, each) for each in social)
+    ]  # fmt: skip
     if _active(w.walls):
-        if w.walls.gamma < 1.0:  # with γ = 1 each half-plane has rows of its own
-            walls = [functools.reduce(ca.fmin, walls[j :: z.walls]) for j in range(len(body.discs))]
-        grouped.append((w.walls, walls))
+        grouped.append((w.walls, walls))  # with γ = 1 each half-plane has rows of its own
     return [(law, [ca.fmin(h, _SATURATED) for h in series]) for law, series in grouped if series]
 
 
-def _active(barrier: Barrier) -> bool:
+def _active(barrier: Barrier | WallBarrier) -> bool:
     return barrier.l1 > 0.0 or barrier.l2 > 0.0
 
 

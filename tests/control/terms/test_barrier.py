@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier
+from cohelm.control.terms import Barrier, WallBarrier
 from cohelm.messages import Predictions
 from cohelm.robots import Robot
 from cohelm.robots.capsule import gap_to_disc
@@ -18,12 +18,13 @@ from cohelm.testing.scenes import local_problem, round_spaces, walkers
 
 STEPS = 6
 NONE = Barrier(l1=0.0, l2=0.0)
+UNPRICED = {"bodies": NONE, "social_space": NONE, "walls": WallBarrier(l1=0.0, l2=0.0)}
 AT_ONCE = Clearance(now=0.3, growth=0.0, upper=1.0, standing=1.0)
 
 
 def alone(name, barrier):
     """One barrier without the others."""
-    return Terms(**dict.fromkeys(("bodies", "social_space", "walls"), NONE) | {name: barrier})
+    return Terms(**UNPRICED | {name: barrier})
 
 
 def distances(problem, poses, clearance):
@@ -82,9 +83,7 @@ def test_all_discs_share_the_slack_of_walls(motions, chair):
     problem = local_problem(steps=STEPS, step=0.2)
     wall = field_of(np.array([[0.0, 1.0, -side]]), problem.pose)
     problem = dataclasses.replace(problem, walls=wall)
-    found = motions.prepared(problem, alone("walls", Barrier(gamma=1.0))).evaluate(
-        np.zeros((STEPS, 2))
-    )
+    found = motions.prepared(problem, alone("walls", WallBarrier())).evaluate(np.zeros((STEPS, 2)))
     wanted = problem.profile.clearance
     assert found.slack == pytest.approx(wanted, abs=1e-5)
     assert found.costs["walls"] == pytest.approx(2.0 * wanted + wanted**2, abs=1e-4)
@@ -108,8 +107,8 @@ def split(weights, *, aside=3.0, state=(2.0, 0.0, -0.5, 0.0)):
 
 def binding(motions, weights, min_probability, **scene):
     tables = motions.prepared(split(weights, **scene))
-    barrier = Barrier(min_probability=min_probability)
-    return np.flatnonzero(barrier.table(tables.scene).binds).tolist()
+    table = Barrier().table(tables.scene, min_probability=min_probability)
+    return np.flatnonzero(table.binds).tolist()
 
 
 @pytest.mark.parametrize(
@@ -135,23 +134,33 @@ def test_each_person_binds_in_one_hypothesis_at_least(motions, weights, min_prob
     assert found == np.flatnonzero(expected).tolist()
 
 
-@pytest.mark.parametrize("name", ["bodies", "social_space"])
-def test_a_hypothesis_that_does_not_bind_changes_nothing(name, motions):
-    """The one in the way has 0.2, less than a barrier from 0.25 on demands."""
-    problem = split([0.8, 0.2], aside=-3.0, state=(1.2, 3.0, 0.0, 0.0))
-    costs = [
-        motions.prepared(problem, alone(name, Barrier(min_probability=p)), clearance=AT_ONCE)
-        .evaluate(np.zeros((STEPS, 2)))
-        .costs[name]
-        for p in (0.25, 0.15)
-    ]
-    assert costs[0] == 0.0 < costs[1]
+def test_of_a_less_likely_hypothesis_the_space_binds_from_a_probability_on_and_the_body_never(
+    motions,
+):
+    """The one in the way has a little less than 0.3, then a little more."""
+    costs = {
+        name: [
+            motions.prepared(
+                split([1.0 - p, p], aside=-3.0, state=(1.2, 3.0, 0.0, 0.0)),
+                alone(name, Barrier()),
+                clearance=AT_ONCE,
+            )
+            .evaluate(np.zeros((STEPS, 2)))
+            .costs[name]
+            for p in (0.29, 0.31, 0.6)
+        ]
+        for name in ("bodies", "social_space")
+    }
+    assert costs["bodies"][:2] == [0.0, 0.0]
+    assert costs["bodies"][2] > 0.0
+    assert costs["social_space"][0] == 0.0
+    assert min(costs["social_space"][1:]) > 0.0
 
 
 @pytest.mark.parametrize("name", ["bodies", "social_space"])
 def test_a_slack_is_shared_by_the_hypotheses_of_a_person(name, motions):
     """The same hypothesis twice needs the same slack once."""
-    near, barrier = (1.2, 0.1, -1.0, 0.0), Barrier(min_probability=0.0)
+    near, barrier = (1.2, 0.1, -1.0, 0.0), Barrier()
     once, twice = (
         motions.prepared(split(weights, aside=0.0, state=near), alone(name, barrier))
         for weights in ([1.0], [0.5, 0.5])
@@ -213,7 +222,7 @@ def test_rows_of_people_are_derivatives(norm, moves, motions):
     for _ in range(3):
         problem = random_problem(rng, 6, steps=8).problem
         problem = problem if moves == "as a chair" else motions.any_way(problem)
-        terms = Terms(social_space=NONE, walls=NONE)
+        terms = Terms(**UNPRICED | {"bodies": Barrier()})
         tables = motions.prepared(problem, terms, norm=norm)
         found = check_rows(motions, tables, motions.wandering(problem, rng).inputs)
         right, count = right + found[0], count + found[1]
@@ -238,7 +247,8 @@ def test_rows_of_social_spaces_and_walls_are_derivatives(motions):
             problem = random_problem(rng, 6, steps=8).problem
             if name == "walls":
                 problem = beside_a_wall(problem)
-            tables = motions.prepared(problem, alone(name, Barrier(gamma=0.3)))
+            barrier = WallBarrier() if name == "walls" else Barrier()
+            tables = motions.prepared(problem, alone(name, barrier))
             found = check_rows(motions, tables, motions.wandering(problem, rng).inputs)
             right, count = right + found[0], count + found[1]
         assert count > 10

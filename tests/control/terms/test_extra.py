@@ -7,7 +7,7 @@ import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier, residual
+from cohelm.control.terms import Barrier, WallBarrier, residual
 from cohelm.control.terms.extra import HEADING, SPEED, TANGENT, TIME, TURN, D, S, X, Y
 from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem, walkers
@@ -71,7 +71,8 @@ def test_cost_by_hand(motions):
 def test_the_model_is_the_derivative_of_the_cost(motions):
     """By position, heading, speed and turn rate; where the projection on the path is smooth."""
     problem = local_problem(steps=STEPS, step=0.2, wanted=0.9)
-    none = dict.fromkeys(("bodies", "social_space", "walls"), Barrier(l1=0.0, l2=0.0))
+    no = Barrier(l1=0.0, l2=0.0)
+    none = {"bodies": no, "social_space": no, "walls": WallBarrier(l1=0.0, l2=0.0)}
     tables = motions.prepared(
         problem, Terms(**none), np.zeros(2), extra_terms=[Everything(), KeepRight()]
     )

@@ -8,18 +8,19 @@ import pytest
 
 from cohelm.control.objective_tables import TERMS
 from cohelm.control.path import project_on_path
-from cohelm.control.stack import Terms
+from cohelm.control.stack import TrackingTerms
 from cohelm.control.terms import (
     Barrier,
     FinalHeading,
     GroupSpace,
     InputChange,
-    InputEffort,
+    InputDeviation,
     PathDistance,
     PersonalSpaceCost,
     PersonClearance,
     Progress,
     TrackReference,
+    WallBarrier,
     WallClearance,
 )
 from cohelm.messages import GroupSpaces
@@ -29,12 +30,12 @@ from cohelm.testing.problems import field_of, random_problem
 from cohelm.testing.scenes import local_problem, straight_reference, walkers
 
 NO_BARRIER = Barrier(l1=0.0, l2=0.0)
-BARRIERS = dict.fromkeys(("bodies", "social_space", "walls"), NO_BARRIER)
+BARRIERS = {"bodies": NO_BARRIER, "social_space": NO_BARRIER, "walls": WallBarrier(l1=0.0, l2=0.0)}
 NOTHING = {
     "progress": Progress(final=0.0, mean=0.0),
     "path_distance": PathDistance(weight=0.0),
     "final_heading": FinalHeading(weight=0.0),
-    "input_effort": InputEffort(turn=0.0),
+    "input_effort": InputDeviation(turn=0.0),
     "input_change": InputChange(speed=0.0, turn=0.0),
     "track_reference": TrackReference(),
     "person_clearance": PersonClearance(weight=0.0),
@@ -46,7 +47,7 @@ EACH = {
     "progress": Progress(final=1.3, mean=0.8),
     "path_distance": PathDistance(weight=0.5),
     "final_heading": FinalHeading(weight=2.0),
-    "input_effort": InputEffort(speed=0.8, turn=0.25),
+    "input_effort": InputDeviation(speed=0.8, turn=0.25),
     "input_change": InputChange(speed=0.08, turn=0.04),
     "track_reference": TrackReference(position=1.0, heading=0.3, terminal=4.0),
     "person_clearance": PersonClearance(weight=40.0),
@@ -60,7 +61,7 @@ MOVES = ("as a chair", "any way")
 
 def only(name, term=None, **others):
     """Terms without any but one."""
-    return Terms(**NOTHING | BARRIERS | {name: term or EACH[name]} | others)
+    return TrackingTerms(**NOTHING | BARRIERS | {name: term or EACH[name]} | others)
 
 
 def grouped(problem, radius=0.9):
@@ -152,7 +153,9 @@ def test_slow_robots_are_blamed_less_and_the_model_knows(motions):
 
 def test_nothing_costs_anything_on_the_reference(motions):
     problem = local_problem(steps=10, step=0.2, speed=0.8, wanted=0.8)
-    terms = Terms(track_reference=EACH["track_reference"], input_effort=EACH["input_effort"])
+    terms = TrackingTerms(
+        track_reference=EACH["track_reference"], input_effort=EACH["input_effort"]
+    )
     costs = motions.prepared(problem, terms).evaluate(np.tile([0.8, 0.0], (10, 1))).costs
     assert max(costs.values()) < 1e-9
     assert tuple(costs) == TERMS
@@ -201,18 +204,20 @@ def test_final_heading_by_hand(costs_of):
 
 def test_inputs_by_hand(costs_of):
     """2 s at 0.3 m/s and 0.5 rad/s, begun at rest."""
-    found = costs_of((0.3, 0.5), terms=Terms(input_effort=InputEffort(speed=0.7, turn=0.15)))
+    found = costs_of(
+        (0.3, 0.5), terms=TrackingTerms(input_effort=InputDeviation(speed=0.7, turn=0.15))
+    )
     assert found["input_effort"] == pytest.approx(2.0 * (0.7 * 0.5**2 + 0.15 * 0.5**2))
     # 0.3 m/s in 0.2 s is 1.5 m/s², and 2.5 rad/s²
     assert found["input_change"] == pytest.approx(0.2 * 0.016 * (1.5**2 + 2.5**2))
     assert costs_of((0.3, 0.5), now=(0.3, 0.5))["input_change"] == 0.0
-    printed = Terms(input_effort=InputEffort(input_cost="printed", speed=0.7, turn=0.0))
+    printed = TrackingTerms(input_effort=InputDeviation(input_cost="printed", speed=0.7, turn=0.0))
     assert costs_of((0.3, 0.5), terms=printed)["input_effort"] == pytest.approx(1.4 * 0.3**2)
 
 
 def test_track_reference_by_hand(costs_of):
     """Σ (0.16 k)², k = 1…10, Σ k² = 385; the last one counts 0.2 + 4 s."""
-    terms = Terms(track_reference=TrackReference(position=1.0, heading=0.3))
+    terms = TrackingTerms(track_reference=TrackReference(position=1.0, heading=0.3))
     found = costs_of(terms=terms)["track_reference"]
     assert found == pytest.approx(0.2 * 0.0256 * 385 + 4.0 * 2.56)
     # a reference that has turned once round is a whole turn away
@@ -289,7 +294,7 @@ def test_a_holonomic_robot_may_face_any_way(motions):
     """Along the reference at its speed, looking to its left: no effort but in facing."""
     problem = motions.any_way(local_problem(steps=5, step=0.2, wanted=0.8))
     problem = dataclasses.replace(problem, pose=np.array([0.0, 0.0, np.pi / 2.0]))
-    terms = Terms(input_effort=InputEffort(speed=1.0))
+    terms = TrackingTerms(input_effort=InputDeviation(speed=1.0))
     costs = motions.prepared(problem, terms).evaluate(np.tile([0.0, -0.8, 0.0], (5, 1))).costs
     assert costs["input_effort"] < 1e-12
     assert costs["progress"] < 1e-9

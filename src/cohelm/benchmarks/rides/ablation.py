@@ -101,7 +101,6 @@ VARIANTS: Mapping[str, Ablation] = {
         "plans are verified without margins and for the present only",
         (
             "local_planner.verification.wall_margin=0",
-            "local_planner.verification.stalled_wall_margin=0",
             "local_planner.verification.clearance_share=0",
             "local_planner.verification.people_acceleration=0",
             "local_planner.verification.horizon=0.01",

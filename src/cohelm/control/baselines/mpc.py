@@ -12,8 +12,8 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem
 from cohelm.control.baselines.tracking import along_reference, plan_of_solution, tracking_terms
 from cohelm.control.optimal_control import OptimalControl
-from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier
+from cohelm.control.stack import TrackingTerms
+from cohelm.control.terms import Barrier, WallBarrier
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
 from cohelm.messages import LocalPlan
@@ -44,8 +44,8 @@ class Mpc:
         """Norm of the distance to people, see ``terms.norms``."""
         margin: float = Field(0.3, ge=0.0, le=2.0)
         """Distance between robot and person, m."""
-        terms: Terms = tracking_terms(
-            bodies=Barrier(gamma=1.0, l1=60.0, l2=60.0), walls=Barrier(gamma=1.0, l1=60.0, l2=60.0)
+        terms: TrackingTerms = tracking_terms(
+            bodies=Barrier(gamma=1.0, l1=60.0, l2=60.0), walls=WallBarrier(l1=60.0, l2=60.0)
         )
 
     def __init__(self, parameters: Parameters | None = None) -> None:

@@ -11,8 +11,8 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem
 from cohelm.control.baselines.tracking import along_reference, plan_of_solution, tracking_terms
 from cohelm.control.optimal_control import OptimalControl
-from cohelm.control.stack import Terms
-from cohelm.control.terms import Barrier
+from cohelm.control.stack import TrackingTerms
+from cohelm.control.terms import Barrier, WallBarrier
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input, shifted_plan
 from cohelm.messages import LocalPlan
@@ -42,7 +42,7 @@ class MpcDcbf:
     """Tracks the reference; people are ellipses at predicted positions, under eq. (9) with γ.
 
     It ignores social spaces and groups. The most likely hypothesis of each person constrains, and
-    others above a probability (``min_probability``).
+    others above a probability, as in ``ss_mpc_dcbf``.
     """
 
     class Parameters(Model):
@@ -57,9 +57,8 @@ class MpcDcbf:
         tolerance: float = Field(0.15, ge=0.0, le=1.0)
         """Slack beyond which braking replaces a trajectory with no smaller violation, m."""
         ellipses: EllipseParameters = EllipseParameters()
-        terms: Terms = tracking_terms(
-            social_space=Barrier(gamma=0.3, l1=60.0, l2=60.0, min_probability=0.3),
-            walls=Barrier(gamma=1.0, l1=60.0, l2=60.0),
+        terms: TrackingTerms = tracking_terms(
+            social_space=Barrier(gamma=0.3, l1=60.0, l2=60.0), walls=WallBarrier(l1=60.0, l2=60.0)
         )
         """γ = 0.3 of the barrier on ellipses; Jian et al."""
 

@@ -20,18 +20,19 @@ from cohelm.control.optimal_control import (
     Solution,
     TrajectoryEvaluation,
 )
-from cohelm.control.stack import Terms
+from cohelm.control.stack import TrackingTerms
 from cohelm.control.terms import (
     Barrier,
     FinalHeading,
     GroupSpace,
     InputChange,
-    InputEffort,
+    InputDeviation,
     PathDistance,
     PersonalSpaceCost,
     PersonClearance,
     Progress,
     TrackReference,
+    WallBarrier,
     WallClearance,
 )
 from cohelm.control.trajectories import braking_trajectory
@@ -44,24 +45,25 @@ _ALONG, _ACROSS, _HEADING = 1.0, 4.0, 2.5
 """Gains of the tracking law: along, 1/s; across, rad/m²; heading, 1/s; assumed."""
 
 
-def tracking_terms(**barriers: Barrier) -> Terms:
+def tracking_terms(*, walls: WallBarrier, **people: Barrier) -> TrackingTerms:
     """Xu et al., eq. (12): tracking of the reference, inputs and their changes, and barriers.
 
     The weights are assumed. Terms of the social objective are absent.
     """
     absent = Barrier(l1=0.0, l2=0.0)
-    return Terms(
+    return TrackingTerms(
         progress=Progress(final=0.0, mean=0.0),
         path_distance=PathDistance(weight=0.0),
         final_heading=FinalHeading(weight=0.0),
-        input_effort=InputEffort(speed=0.4, turn=0.125),
+        input_effort=InputDeviation(speed=0.4, turn=0.125),
         input_change=InputChange(speed=0.04, turn=0.02),
         track_reference=TrackReference(position=0.5, heading=0.15),
         person_clearance=PersonClearance(weight=0.0, standing_share=1.0),
         personal_space=PersonalSpaceCost(weight=0.0),
         group_space=GroupSpace(weight=0.0),
         wall_clearance=WallClearance(weight=0.0),
-        **{"bodies": absent, "social_space": absent, "walls": absent, **barriers},
+        walls=walls,
+        **{"bodies": absent, "social_space": absent, **people},
     )
 
 

@@ -6,12 +6,12 @@ curvature. ``stage`` and ``encounter`` hold what they share, ``barrier`` the con
 ``extra`` terms of one's own. ``cohelm.control.objective`` sums all of them.
 """
 
-from cohelm.control.terms.barrier import Barrier
+from cohelm.control.terms.barrier import Barrier, WallBarrier
 from cohelm.control.terms.extra import ExtraTerm, residual
 from cohelm.control.terms.final_heading import FinalHeading
 from cohelm.control.terms.group_space import GroupSpace
 from cohelm.control.terms.input_change import InputChange
-from cohelm.control.terms.input_effort import InputEffort
+from cohelm.control.terms.input_effort import InputDeviation, InputEffort
 from cohelm.control.terms.path_distance import PathDistance
 from cohelm.control.terms.person_clearance import PersonClearance
 from cohelm.control.terms.personal_space import PersonalSpaceCost
@@ -25,12 +25,14 @@ __all__ = [
     "FinalHeading",
     "GroupSpace",
     "InputChange",
+    "InputDeviation",
     "InputEffort",
     "PathDistance",
     "PersonClearance",
     "PersonalSpaceCost",
     "Progress",
     "TrackReference",
+    "WallBarrier",
     "WallClearance",
     "residual",
 ]

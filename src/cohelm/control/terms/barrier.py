@@ -12,7 +12,7 @@ l1·s + ½ l2·s². h saturates, so that a person farther away constrains nothin
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -25,34 +25,55 @@ from cohelm.control.scene import Scene
 
 REACH = 1.0
 """h saturates here, m."""
+MOST_LIKELY = 1.0
+"""Probability at which only the most likely hypothesis of each person constrains."""
+_NOBODY = np.zeros(0, np.bool_)
 
 
-class Barrier(Model):
-    """A barrier and the price of its violation; assumed."""
+class Price(Model):
+    """Price of the violation of a barrier; assumed."""
 
-    gamma: float = Field(0.3, gt=0.0, le=1.0)
-    """γ of eq. (9), per step of the plan."""
     l1: float = Field(2.0, ge=0.0)
     """Price of the largest violation, s/m."""
     l2: float = Field(2.0, ge=0.0)
     """Price of its square, s/m²."""
-    min_probability: float = Field(1.0, ge=0.0, le=1.0)
-    """Probability from which a hypothesis counts; a person's most likely one always does."""
 
     @property
     def is_active(self) -> bool:
         """A violation has a price."""
         return self.l1 > 0.0 or self.l2 > 0.0
 
-    def table(self, scene: Scene, norm: int = 2) -> BarrierTable:
+
+class WallBarrier(Price):
+    """The barrier of walls."""
+
+    gamma: ClassVar[float] = 1.0
+    """γ of eq. (9): walls stand still, so approaching one is no fault."""
+
+    def table(self) -> BarrierTable:
+        """The barrier for walls, which nobody's hypotheses concern."""
+        return BarrierTable(1.0 - self.gamma, self.l1, self.l2, _NOBODY, self.is_active, 2)
+
+
+class Barrier(Price):
+    """A barrier of people."""
+
+    gamma: float = Field(0.3, gt=0.0, le=1.0)
+    """γ of eq. (9), per step of the plan."""
+
+    def table(
+        self, scene: Scene, *, min_probability: float = MOST_LIKELY, norm: int = 2
+    ) -> BarrierTable:
         """The barrier for people.
 
         Args:
             scene: with the people.
+            min_probability: from which a hypothesis constrains; a person's most likely one always
+                does.
             norm: of the distance: 2, 1, or 0 for the largest component.
         """
         people = scene.people
-        binds = _binding(people.weight, people.person, people.num_people, self.min_probability)
+        binds = _binding(people.weight, people.person, people.num_people, min_probability)
         return BarrierTable(1.0 - self.gamma, self.l1, self.l2, binds, self.is_active, norm)
 
     def coarser(self, table: BarrierTable, stride: int) -> BarrierTable:

@@ -19,6 +19,17 @@ NAME = "input_effort"
 
 
 class InputEffort(Model):
+    """Squared turn rate; the speed has no price of its own, since being late has one."""
+
+    turn: float = Field(0.15, ge=0.0)
+    """Weight of the turn rate, 1/(rad/s)² per second."""
+
+    def table(self, scene: Scene) -> InputEffortTable:
+        """Weights of a step."""
+        return InputEffortTable(0.0, self.turn * scene.step, False, scene.robot.n_linear)
+
+
+class InputDeviation(InputEffort):
     """(u − û)ᵀ Q_u (u − û), where û is the reference's speed without turning.
 
     A holonomic robot is to have that speed in the reference's direction, whatever its own heading.
@@ -30,8 +41,6 @@ class InputEffort(Model):
     """Desired input û: the reference's speed, or 0 as printed."""
     speed: float = Field(0.0, ge=0.0)
     """Weight of the speed, 1/(m/s)² per second."""
-    turn: float = Field(0.15, ge=0.0)
-    """Weight of the turn rate, 1/(rad/s)² per second."""
 
     def table(self, scene: Scene) -> InputEffortTable:
         """Weights of a step."""
