@@ -131,17 +131,17 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
 
 
 @pytest.mark.slow
-def test_somebody_who_comes_out_of_the_corridor_is_only_waited_for(drive):
+def test_somebody_who_comes_out_of_the_corridor_is_waited_for(drive):
     """They walk towards the chair for 6 s, which moves to the right; step to the left; are gone."""
 
     def people(t):
-        x, y = 8.5 - 0.8 * min(t, 6.0), 4.0 + min(max(t - 6.0, 0.0), 3.0)
+        x, y = 8.5 - 0.8 * min(t, 6.0), 4.2 + min(max(t - 6.0, 0.0), 3.0)
         return [(x, y, *((-0.8, 0.0) if t < 6.0 else (0.0, 1.0 if t < 9.0 else 0.0)))]
 
     log = drive(60.0, boxes=CORRIDOR, people=people, start=(1.2, 4.0, 0))
     assert log.ticks[-1].arrived
     assert not log.touched
-    assert set(log.stages) <= {None, RecoveryStage.WAIT}
+    assert set(log.stages) <= {None, RecoveryStage.WAIT, RecoveryStage.REPLAN}
 
 
 @pytest.mark.slow
@@ -177,16 +177,26 @@ def test_before_a_box_across_the_rider_is_asked_till_the_end(drive):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
-def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, sign):
-    """Somebody in the middle of 2.1 m leaves 0.8 m on both sides of him; the chair has 0.61 m."""
+def test_somebody_in_the_middle_of_a_corridor_is_passed_without_a_push(drive):
+    """He stands in 2.1 m and leaves 0.8 m on both sides of him; the chair has 0.61 m."""
     boxes = [(4.0, 0.0, 9.0, 2.95), (4.0, 5.05, 9.0, 8.0)]
+    log = drive(30.0, boxes=boxes, people=lambda t: [(6.5, 4.0, 0.0, 0.0)])
+    assert log.ticks[-1].arrived
+    assert min(log.gaps) > 0.05
+    assert not log.stages
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("side", "sign"), [("left", 1.0), ("right", -1.0)])
+def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_tried(drive, side, sign):
+    """Somebody in the middle of 2 m leaves 0.75 m on both sides, which the chair does not pass."""
+    boxes = [(4.0, 0.0, 9.0, 3.0), (4.0, 5.0, 9.0, 8.0)]
     pushed = 14.0
 
     def stick(t):
         return (0.8, 0.6 * sign) if pushed <= t < pushed + 1.5 else (0.0, 0.0)
 
-    log = drive(60.0, boxes=boxes, people=lambda t: [(6.5, 4.0, 0.0, 0.0)], stick=stick)
+    log = drive(20.0, boxes=boxes, people=lambda t: [(6.5, 4.0, 0.0, 0.0)], stick=stick)
     before = [k for k in log.ticks if pushed - 1.0 < k.observation.time < pushed]
     assert all(k.recovery.stage is not None for k in before)
     after = [k for k in log.ticks if pushed <= k.observation.time < pushed + 1.0]
@@ -195,9 +205,6 @@ def test_a_push_breaks_a_tie_within_a_second_and_its_side_is_taken(drive, side, 
     moves = [t.twist for t in log.truths if pushed <= t.time < pushed + 1.0]
     assert max(np.hypot(twist[0], twist[2]) for twist in moves) > 0.05
     assert not log.touched
-    assert log.ticks[-1].arrived
-    beside = log.y[np.argmin(np.abs(log.x - 6.5))]
-    assert np.sign(beside - 4.0) == sign
 
 
 @pytest.mark.slow

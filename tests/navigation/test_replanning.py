@@ -102,6 +102,31 @@ def test_what_is_blocked_behind_or_far_ahead_does_not_matter(asked, chair):
         assert np.isfinite(later.blocked_since) == blocked
 
 
+@pytest.mark.parametrize(("nearest", "blocked"), [(0.35, False), (0.12, False), (0.02, True)])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_passage_that_is_open_a_little_beside_the_path_is_not_blocked(
+    asked, chair, nearest, blocked, side
+):
+    """A box beside the path along y = 4, nearer to it than half of the chair, or not."""
+    state = update_route(asked(), Straight(), None, RULES)
+    low, high = sorted((4.0 + side * nearest, 4.0 + side * (nearest + 0.5)))
+    walls = distance_field(room(boxes=[(5.0, low, 5.5, high)]))
+    assert chair.inscribed_radius == pytest.approx(0.32, abs=0.03)
+    later = update_route(asked(1, walls=walls), Straight(), state, RULES)
+    assert np.isfinite(later.blocked_since) == blocked
+
+
+@pytest.mark.parametrize(("gap", "blocked"), [(0.75, False), (0.55, True)])
+def test_beside_the_path_the_chair_must_fit_between_things_on_both_sides(asked, gap, blocked):
+    """A gap whose middle lies 0.1 m beside the path."""
+    state = update_route(asked(), Straight(), None, RULES)
+    walls = distance_field(
+        room(boxes=[(5.0, 2.0, 5.5, 4.1 - gap / 2.0), (5.0, 4.1 + gap / 2.0, 5.5, 6.0)])
+    )
+    later = update_route(asked(1, walls=walls), Straight(), state, RULES)
+    assert np.isfinite(later.blocked_since) == blocked
+
+
 def test_a_chair_astray_gets_a_new_path_from_where_it_is(plan_times, asked):
     # max_deviation 1.0 m
     for aside, at in [(0.95, [0]), (1.05, [0, 10])]:

@@ -164,6 +164,16 @@ def test_who_stands_needs_less_room_than_who_walks(chair, speed, share):
         assert (reached < np.inf) is met
 
 
+@pytest.mark.parametrize(("speed", "walks"), [(0.0, 0.0), (0.25, 0.5), (0.5, 1.0), (1.0, 1.0)])
+def test_the_gap_to_who_walks_grows_with_time_and_that_to_who_stands_does_not(chair, speed, walks):
+    """0.1 m now and 0.1 m/s: he is beside the axle at 2 s, and walks towards the chair's side."""
+    for more, met in ((0.01, False), (-0.01, True)):
+        across = RADIUS + BODY + 0.1 + 0.1 * walks * 2.0 + more
+        person = [[0.9, across + 2.0 * speed, 0.0, -speed]]
+        reached = contact(chair, ahead(0.5, 2.0), person, people_margin=0.1, growth=0.1)
+        assert (reached < np.inf) is met
+
+
 def test_beyond_the_prediction_people_walk_on(chair):
     """Predicted for 0.5 s only: she is met where she was with the whole prediction."""
     person = [[4.0, 0.0, -1.0, 0.0]]

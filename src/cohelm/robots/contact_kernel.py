@@ -12,7 +12,7 @@ from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc, nearest_on_spine_in_map
-from cohelm.robots.clearance import share_of
+from cohelm.robots.clearance import BRISK, share_of
 from cohelm.robots.wall_contact import WallGrid, circumscribed, wall_gap, wall_margins
 
 _SUBSTEPS = 4
@@ -72,7 +72,7 @@ class ContactMargins(NamedTuple):
     people: float
     """Gap to a person now, m."""
     growth: float = 0.0
-    """Growth of that gap with time, m/s."""
+    """Growth of that gap with time, m/s; less for slow people, none for who stands."""
     upper: float = math.inf
     """Upper bound of that gap, m."""
     acceleration: float = 0.0
@@ -109,7 +109,7 @@ def contact_kernel(
     pose = poses[0].copy()
     wall_margin = wall_margins(discs, pose, walls, margins.wall)
     counted = _counted(bodies.weight, margins.min_probability)
-    shares, floor = _people_margins(capsule, pose, bodies, counted, margins.standing_share)
+    shares, growth, floor = _people_margins(capsule, pose, bodies, counted, margins)
     ignored = _ignored(capsule, poses, step, bodies, counted, margins, shares, floor)
     around = circumscribed(discs)
     free = 0.0  # distance that the robot may travel before a wall can be near
@@ -131,13 +131,13 @@ def contact_kernel(
                 free -= (1.0 - share) * moving
             if free <= 0.0 and out[0] == np.inf and _touches_wall(discs, pose, walls, wall_margin):
                 out[0] = time
-            wanted = min(margins.people + margins.growth * time, margins.upper)
-            wanted += 0.5 * margins.acceleration * time * time
+            possible = 0.5 * margins.acceleration * time * time
             for body in range(counted.shape[0]):
                 i = counted[body, 0]
                 if ignored[body] or out[1 + i] < np.inf:
                     continue
-                most = shares[body] * wanted + margins.extra
+                wanted = min(margins.people + growth[body] * time, margins.upper)
+                most = shares[body] * (wanted + possible) + margins.extra
                 x, y = _at(bodies, i, counted[body, 1], time)
                 dx, dy = x - pose[0], y - pose[1]
                 far = around + bodies.radius[i] + most + _SAFE
@@ -269,21 +269,22 @@ def _counted(weight: Floats, min_probability: float) -> Integers:
 
 @njit(cache=True)
 def _people_margins(
-    capsule: Floats, pose: Floats, bodies: Bodies, counted: Integers, standing_share: float
-) -> tuple[Floats, Floats]:
-    """(share of the margin, smallest gap that is not contact) of each counted body, (p,) each."""
-    floor, shares = np.empty(len(counted)), np.empty(len(counted))
+    capsule: Floats, pose: Floats, bodies: Bodies, counted: Integers, margins: ContactMargins
+) -> tuple[Floats, Floats, Floats]:
+    """(share of the margin, its growth, smallest gap that is not contact) of each body, (p,)."""
+    floor, shares, growth = np.empty(len(counted)), np.empty(len(counted)), np.empty(len(counted))
     for body in range(len(counted)):
         i, j = counted[body, 0], counted[body, 1]
         x, y = _at(bodies, i, j, 0.0)
         now = gap_to_disc(capsule, pose, x, y, bodies.radius[i])
         speed = math.hypot(bodies.velocities[i, j, 0, 0], bodies.velocities[i, j, 0, 1])
         walks = speed > WALKING
-        shares[body] = share_of(speed, standing_share)
+        shares[body] = share_of(speed, margins.standing_share)
+        growth[body] = margins.growth * min(speed / BRISK, 1.0)
         floor[body] = min(_MIN_GAP, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[body] = np.inf
-    return shares, floor
+    return shares, growth, floor
 
 
 @njit(cache=True, inline="always")

@@ -39,6 +39,8 @@ from cohelm.navigation.static_people import with_closed_side, with_static_people
 from cohelm.planning import GlobalPlanner, RouteProblem
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
+_ASIDE = np.array([-0.25, -0.2, -0.15, -0.1, -0.05, 0.05, 0.1, 0.15, 0.2, 0.25])
+"""Displacements of a path beside which the local planner may pass an obstacle, m."""
 _ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
 """Reasons after which the old path counts as abandoned."""
 
@@ -324,8 +326,21 @@ def _steered_start(
 
 
 def _is_blocked(path: Path, progress: float, q: RouteQuery, p: ReplanningParameters) -> bool:
-    """Check for a passage ahead that is narrower than the chair."""
+    """Check for a passage ahead that is narrower than the chair, also a little beside the path.
+
+    An obstacle that turns out to be some centimetres larger leaves the passage open: the local
+    planner passes beside the path. A new path could lead round the other side, which a chair that
+    is close and cannot turn does not reach.
+    """
     along = arc_length(path.points)
     ahead = path.points[(along >= progress) & (along <= progress + p.lookahead)]
-    near = np.hypot(*(ahead - q.pose[:2]).T) < p.lookahead
-    return bool((q.walls.at(ahead[near]) < q.robot.inscribed_radius).any())
+    near = ahead[np.hypot(*(ahead - q.pose[:2]).T) < p.lookahead]
+    tight = q.walls.at(near) < q.robot.inscribed_radius
+    if not tight.any() or len(near) < 2:
+        return bool(tight.any())
+    tangent = np.gradient(near, axis=0)
+    tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
+    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])[tight]
+    beside = near[tight] + _ASIDE[:, None, None] * normal
+    free = q.walls.at(beside.reshape(-1, 2)) >= q.robot.inscribed_radius
+    return not free.reshape(beside.shape[:2]).any(axis=0).all()
