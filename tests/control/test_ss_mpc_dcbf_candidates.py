@@ -101,6 +101,7 @@ def test_class_changes_count_the_people_passed_on_the_other_side():
         person_sides=np.array([-1, 1]),
         tail=np.zeros((0, 2)),
         person_speeds=np.zeros(2),
+        person_paces=np.zeros(2),
         person_courses=np.zeros(2),
         input_time=0.0,
         current_input=np.zeros(2),

@@ -126,7 +126,13 @@ def test_it_goes_slower_where_no_way_is_verified_at_its_speed():
         def verifier(self, *given):
             same = super().verifier(*given)
             return Checks(
-                self, same.problem, same.current_input, same.margins, same.returning, same.unaware
+                self,
+                same.problem,
+                same.current_input,
+                same.margins,
+                returning=same.returning,
+                paces=same.paces,
+                courses=np.zeros(len(same.problem.people)),
             )
 
     planner = SsMpcDcbf(PLANNER.parameters.model_copy(update={"verification": Slow()}))

@@ -102,29 +102,61 @@ def test_what_is_blocked_behind_or_far_ahead_does_not_matter(asked, chair):
         assert np.isfinite(later.blocked_since) == blocked
 
 
-@pytest.mark.parametrize(("nearest", "blocked"), [(0.35, False), (0.12, False), (0.02, True)])
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_passage_that_is_open_a_little_beside_the_path_is_not_blocked(
-    asked, chair, nearest, blocked, side
-):
-    """A box beside the path along y = 4, nearer to it than half of the chair, or not."""
-    state = update_route(asked(), Straight(), None, RULES)
+class Round:
+    """A global planner: first along y = 4, then by way of a point beside that line."""
+
+    def __init__(self, aside):
+        self.asked, self.straight, self.aside = [], Straight(), aside
+
+    def plan(self, problem):
+        self.asked.append(problem)
+        path = self.straight.plan(problem)
+        if len(self.asked) == 1:
+            return path
+        x, y = path.points.T
+        points = np.column_stack([x, y + self.aside * np.exp(-(((x - 5.25) / 1.0) ** 2))])
+        return replace(path, points=points)
+
+
+def box_beside(nearest, side):
+    """A box whose face is ``nearest`` m beside y = 4; below 0 it lies across."""
     low, high = sorted((4.0 + side * nearest, 4.0 + side * (nearest + 0.5)))
-    walls = distance_field(room(boxes=[(5.0, low, 5.5, high)]))
+    return (5.0, low, 5.5, high)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("nearest", "aside", "taken"),
+    [
+        (0.12, 0.2, True),  # a path through the same passage
+        (0.12, -0.9, False),  # one round the other side, although there is room
+        (0.02, -0.9, True),  # there is none within 0.25 m
+        (-0.25, -0.9, True),
+    ],
+)
+def test_an_open_passage_is_not_left_for_another_one(asked, chair, nearest, aside, taken, side):
+    """The chair needs 0.32 m on either side of its path."""
     assert chair.inscribed_radius == pytest.approx(0.32, abs=0.03)
-    later = update_route(asked(1, walls=walls), Straight(), state, RULES)
-    assert np.isfinite(later.blocked_since) == blocked
+    planner = Round(-side * aside)
+    state = update_route(asked(), planner, None, RULES)
+    walls = distance_field(room(boxes=[box_beside(nearest, side)]))
+    later = update_route(asked(1, walls=walls), planner, state, RULES)
+    assert np.isfinite(later.blocked_since)
+    later = update_route(asked(20, walls=walls), planner, later, RULES)
+    assert len(planner.asked) == 2
+    assert (later.path is not state.path) == taken
 
 
-@pytest.mark.parametrize(("gap", "blocked"), [(0.75, False), (0.55, True)])
-def test_beside_the_path_the_chair_must_fit_between_things_on_both_sides(asked, gap, blocked):
+@pytest.mark.parametrize(("gap", "taken"), [(0.75, False), (0.55, True)])
+def test_beside_the_path_the_chair_must_fit_between_things_on_both_sides(asked, gap, taken):
     """A gap whose middle lies 0.1 m beside the path."""
-    state = update_route(asked(), Straight(), None, RULES)
-    walls = distance_field(
-        room(boxes=[(5.0, 2.0, 5.5, 4.1 - gap / 2.0), (5.0, 4.1 + gap / 2.0, 5.5, 6.0)])
-    )
-    later = update_route(asked(1, walls=walls), Straight(), state, RULES)
-    assert np.isfinite(later.blocked_since) == blocked
+    planner = Round(1.5)
+    state = update_route(asked(), planner, None, RULES)
+    boxes = [(5.0, 2.0, 5.5, 4.1 - gap / 2.0), (5.0, 4.1 + gap / 2.0, 5.5, 5.0)]
+    walls = distance_field(room(boxes=boxes))
+    blocked = update_route(asked(1, walls=walls), planner, state, RULES)
+    later = update_route(asked(20, walls=walls), planner, blocked, RULES)
+    assert (later.path is not state.path) == taken
 
 
 def test_a_chair_astray_gets_a_new_path_from_where_it_is(plan_times, asked):

@@ -174,6 +174,24 @@ def test_the_gap_to_who_walks_grows_with_time_and_that_to_who_stands_does_not(ch
         assert (reached < np.inf) is met
 
 
+@pytest.mark.parametrize(("pace", "met"), [(0.0, False), (0.4, True)])
+def test_who_is_held_up_needs_the_room_of_who_walks(chair, pace, met):
+    """He stands beside the axle of 2 s: 0.1 m from what he needs now, and less than he may then."""
+    across = RADIUS + BODY + 0.1 + 0.05
+    who = walkers([[0.9, across, 0.0, 0.0]])
+    reached = first_contact(
+        chair,
+        ahead(0.5, 2.0),
+        STEP,
+        people=who,
+        predictions=straight_on(who, 40, STEP),
+        walls=open_floor(),
+        margins=ContactMargins(MARGIN, 0.1, growth=0.1),
+        paces=np.array([pace]),
+    )
+    assert (reached < np.inf) is met
+
+
 def test_beyond_the_prediction_people_walk_on(chair):
     """Predicted for 0.5 s only: she is met where she was with the whole prediction."""
     person = [[4.0, 0.0, -1.0, 0.0]]

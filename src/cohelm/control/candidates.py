@@ -83,6 +83,8 @@ class PlanningCycle:
     memory: PlannerMemory | None
     person_speeds: Floats
     """(n,) of people lately, m/s."""
+    person_paces: Floats
+    """(n,) of people over a longer time, m/s."""
     person_courses: Floats
     """(n,) times for which people have been on a course into the robot, s."""
     verifier: Verifier

@@ -20,6 +20,8 @@ from cohelm.messages import LocalPlan, People
 AnyArray = NDArray[Any]
 _LATELY = 1.0
 """Time constant with which the recent speed of a person fades, s."""
+_HELD_UP = 10.0
+"""Time constant with which the pace of a person fades, s: a crowd is held up for as long."""
 EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -41,6 +43,8 @@ class PlannerMemory:
     """Side of each person."""
     person_speeds: Annotated[Floats, Shape("n")]
     """Recent speed of each person, m/s, see :func:`recent_speeds`."""
+    person_paces: Annotated[Floats, Shape("n")]
+    """The same over a longer time, m/s, see :func:`recent_paces`."""
     person_courses: Annotated[Floats, Shape("n")]
     """Time for which each person has been on a course into the robot, s, see ``unaware``."""
     tail: Annotated[Floats, Shape("L m")]
@@ -89,11 +93,25 @@ def recent_speeds(people: People, memory: PlannerMemory | None, time: float) -> 
 
     A person who turns back is measured as slow, like one who stands; only this distinguishes them.
     """
+    before = None if memory is None else memory.person_speeds
+    return _faded(people, memory, time, before, _LATELY)
+
+
+def recent_paces(people: People, memory: PlannerMemory | None, time: float) -> Floats:
+    """The same over a longer time, (n,), m/s: who is held up walks on, and does not stand."""
+    before = None if memory is None else memory.person_paces
+    return _faded(people, memory, time, before, _HELD_UP)
+
+
+def _faded(
+    people: People, memory: PlannerMemory | None, time: float, before: Floats | None, fading: float
+) -> Floats:
+    """Present speeds (n,), or those before that have faded, if they are higher, m/s."""
     speeds = np.hypot(people.mean[:, 2], people.mean[:, 3])
-    if memory is None:
+    if memory is None or before is None:
         return speeds
-    faded = math.exp(-max(time - memory.input_time, 0.0) / _LATELY)
-    return np.maximum(speeds, faded * remembered(memory, people, memory.person_speeds))
+    faded = math.exp(-max(time - memory.input_time, 0.0) / fading)
+    return np.maximum(speeds, faded * remembered(memory, people, before))
 
 
 def remembered(memory: PlannerMemory, people: People, values: AnyArray) -> AnyArray:

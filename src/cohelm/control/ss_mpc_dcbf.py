@@ -34,6 +34,7 @@ from cohelm.control.planner_memory import (
     EXPIRED,
     PlannerMemory,
     present_acceleration,
+    recent_paces,
     recent_speeds,
     remembered,
     unexpired_memory,
@@ -133,6 +134,7 @@ class SsMpcDcbf:
         available = len(problem.reference.speeds) - 1
         mpc_problem = problem.truncated(p.steps)
         speeds = recent_speeds(problem.people, memory, problem.time)
+        paces = recent_paces(problem.people, memory, problem.time)
         courses = times_on_course(problem, memory)
         return PlanningCycle(
             problem=problem,
@@ -148,9 +150,10 @@ class SsMpcDcbf:
             mpc_problem=mpc_problem,
             memory=memory,
             person_speeds=speeds,
+            person_paces=paces,
             person_courses=courses,
             verifier=p.verification.verifier(
-                mpc_problem, self.clearance, current_input, speeds, courses
+                mpc_problem, self.clearance, current_input, speeds, courses, paces
             ),
             choice=p.choice,
         )
@@ -256,6 +259,7 @@ class SsMpcDcbf:
             person_id=cycle.problem.people.id,
             person_sides=chosen.passing_sides[1:],
             person_speeds=cycle.person_speeds,
+            person_paces=cycle.person_paces,
             person_courses=cycle.person_courses,
             tail=chosen.inputs[cycle.steps :],
             input_time=cycle.problem.time,

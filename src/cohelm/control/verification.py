@@ -96,6 +96,7 @@ class Verification(Model):
         current_input: Floats,
         speeds: Floats,
         courses: Floats,
+        paces: Floats | None = None,
     ) -> Verifier:
         """Create the checks of the trajectories of one problem.
 
@@ -105,6 +106,7 @@ class Verification(Model):
             current_input: u_{−1}, (m,).
             speeds: (n,) of people lately, m/s.
             courses: (n,) times for which people have been on a course into the robot, s.
+            paces: (n,) of people over a longer time, m/s; None: as ``speeds``.
         """
         law = clearance.law(tight=problem.stalled)
         margins = ContactMargins(
@@ -125,7 +127,10 @@ class Verification(Model):
                 speeds,
                 acceleration=self.turn_back_acceleration,
             )
-        return Verifier(self, problem, current_input, margins, returning, courses)
+        return Verifier(
+            self, problem, current_input, margins,
+            returning=returning, paces=speeds if paces is None else paces, courses=courses,
+        )  # fmt: skip
 
 
 class Verifier:
@@ -145,10 +150,13 @@ class Verifier:
         problem: LocalProblem,
         current_input: Floats,
         margins: ContactMargins,
+        *,
         returning: Predictions | None,
+        paces: Floats,
         courses: Floats,
     ) -> None:
         self.rules, self.problem, self.current_input = rules, problem, current_input
+        self.paces = paces
         self.margins, self.returning = margins, returning
         self.unaware = courses >= rules.unaware_after
         self.surely_unaware = courses >= _SURE * rules.unaware_after
@@ -326,7 +334,7 @@ class Verifier:
 
     def _scene(self, predictions: Predictions, margins: ContactMargins) -> dict[str, Any]:
         known = {"people": self.problem.people, "walls": self.problem.walls}
-        return {**known, "predictions": predictions, "margins": margins}
+        return {**known, "predictions": predictions, "margins": margins, "paces": self.paces}
 
     def _driven(self, trajectory: Trajectory) -> Floats:
         """Poses (N+1, 3) of a trajectory as a late drive executes it."""

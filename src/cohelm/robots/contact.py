@@ -27,12 +27,13 @@ def first_contact(
     predictions: Predictions,
     walls: DistanceField,
     margins: ContactMargins,
+    paces: Floats | None = None,
 ) -> float:
     """Time when a motion first touches a wall or, while moving, a predicted body, s; else +inf.
 
     Arguments as of :func:`contact_times`.
     """
-    bodies = _bodies(people, predictions)
+    bodies = _bodies(people, predictions, paces)
     grid = wall_grid(walls)
     times = contact_kernel(robot.capsule, robot.discs, poses, step, bodies, grid, margins, True)
     return float(times.min())
@@ -47,6 +48,7 @@ def contact_times(
     predictions: Predictions,
     walls: DistanceField,
     margins: ContactMargins,
+    paces: Floats | None = None,
 ) -> Floats:
     """Times (1 + n,) when a motion first touches a wall, and each person while moving; else +inf.
 
@@ -58,19 +60,23 @@ def contact_times(
         predictions: of these people; beyond the end they keep their velocity.
         walls: distance to everything that is not a person.
         margins: gaps that count as contact.
+        paces: (n,) speeds of people before they were held up, m/s; None: the present ones.
     """
-    bodies = _bodies(people, predictions)
+    bodies = _bodies(people, predictions, paces)
     grid = wall_grid(walls)
     return contact_kernel(robot.capsule, robot.discs, poses, step, bodies, grid, margins, False)
 
 
-def _bodies(people: People, predictions: Predictions) -> Bodies:
+def _bodies(people: People, predictions: Predictions, paces: Floats | None) -> Bodies:
     """The arrays of predictions."""
+    if paces is None:
+        paces = np.hypot(people.mean[:, 2], people.mean[:, 3])
     return Bodies(
         predictions.mean,
         predictions.velocity,
         predictions.weight,
         people.radius,
+        paces,
         predictions.step,
     )
 

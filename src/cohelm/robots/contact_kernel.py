@@ -51,6 +51,8 @@ class Bodies(NamedTuple):
     """(n, h) probabilities."""
     radius: Floats
     """(n,) m."""
+    pace: Floats
+    """(n,) speed of each person, or that before it was held up, m/s."""
     step: float
     """s."""
 
@@ -72,7 +74,7 @@ class ContactMargins(NamedTuple):
     people: float
     """Gap to a person now, m."""
     growth: float = 0.0
-    """Growth of that gap with time, m/s; less for slow people, none for who stands."""
+    """Growth of that gap with time, m/s; less at a slow pace, none for who stands."""
     upper: float = math.inf
     """Upper bound of that gap, m."""
     acceleration: float = 0.0
@@ -280,7 +282,7 @@ def _people_margins(
         speed = math.hypot(bodies.velocities[i, j, 0, 0], bodies.velocities[i, j, 0, 1])
         walks = speed > WALKING
         shares[body] = share_of(speed, margins.standing_share)
-        growth[body] = margins.growth * min(speed / BRISK, 1.0)
+        growth[body] = margins.growth * min(bodies.pace[i] / BRISK, 1.0)
         floor[body] = min(_MIN_GAP, now - _NO_WORSE)
         if now < _OVERLAP or (now < TOUCHING and walks):
             floor[body] = np.inf

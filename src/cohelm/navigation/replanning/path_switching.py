@@ -138,7 +138,7 @@ def evaluate_candidate(
         blocked = time - since >= blocked_time - _ROUNDING
         return (PlanReason.BLOCKED if blocked else None), replace(state, blocked_since=since)
     state = replace(state, blocked_since=math.inf, repeat=False)
-    if _distances(candidate.points, remaining).max() <= p.same_path_distance:
+    if distances_to(candidate.points, remaining).max() <= p.same_path_distance:
         return None, state
     returns = abandoned is not None and _returns(
         candidate.points, abandoned.points, remaining, p.same_path_distance
@@ -177,11 +177,11 @@ def _cut(live: LiveObstacles, low: Floats, high: Floats) -> Bytes:
 def _returns(candidate: Floats, abandoned: Floats, remaining: Floats, same: float) -> bool:
     """Check that the candidate mostly follows the abandoned path where that left the current."""
     points = resample(abandoned, _SPACING)
-    apart = points[_distances(points, remaining) > same]
-    return len(apart) > 0 and bool((_distances(apart, candidate) <= same).mean() > 0.5)
+    apart = points[distances_to(points, remaining) > same]
+    return len(apart) > 0 and bool((distances_to(apart, candidate) <= same).mean() > 0.5)
 
 
-def _distances(points: Floats, line: Floats) -> Floats:
-    """(m,) from points (m, 2) to the points of a line, exact to a fraction of the spacing."""
+def distances_to(points: Floats, line: Floats) -> Floats:
+    """(m,) from points (m, 2) to a line (k, 2), exact to a fraction of the spacing, m."""
     distance: Floats = cKDTree(resample(line, _SPACING)).query(points)[0]
     return distance

@@ -19,9 +19,10 @@ from pydantic import Field
 from cohelm.arrays import Floats, identical, value
 from cohelm.config import Model
 from cohelm.errors import PlanningError
-from cohelm.geometry import arc_length, nearest_on_polyline
+from cohelm.geometry import nearest_on_polyline
 from cohelm.messages import Authority, Path, Request, Wish
 from cohelm.navigation.group_outlines import count_crossed_groups
+from cohelm.navigation.replanning.open_passage import is_blocked, leaves_open_passage
 from cohelm.navigation.replanning.path_switching import (
     AbandonedPath,
     SwitchingParameters,
@@ -39,8 +40,6 @@ from cohelm.navigation.static_people import with_closed_side, with_static_people
 from cohelm.planning import GlobalPlanner, RouteProblem
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
-_ASIDE = np.array([-0.25, -0.2, -0.15, -0.1, -0.05, 0.05, 0.1, 0.15, 0.2, 0.25])
-"""Displacements of a path beside which the local planner may pass an obstacle, m."""
 _ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
 """Reasons after which the old path counts as abandoned."""
 
@@ -137,7 +136,7 @@ def _changed_request(now: Request, memory: RouteState | None) -> PlanReason | No
 
 def _update(memory: RouteState, q: RouteQuery, p: ReplanningParameters) -> RouteState:
     """Update remaining wishes and blockage of the current path."""
-    blocked = _is_blocked(memory.path, memory.progress, q, p)
+    blocked = is_blocked(memory.path, memory.progress, q, p.lookahead)
     return replace(
         memory,
         request=q.request,
@@ -178,6 +177,10 @@ def _replan(
         effort = p.steering_effort if reason is PlanReason.STEERING else 1.0
         path = planner.plan(_problem_from(query, start, current, effort))
     except PlanningError:
+        return replace(current, attempted_at=q.time)
+    if reason is PlanReason.BLOCKED and leaves_open_passage(
+        path, current.path, current.progress, q, p.lookahead
+    ):
         return replace(current, attempted_at=q.time)
     return _next_route(q, path, reason, current)
 
@@ -323,24 +326,3 @@ def _steered_start(
     count = len(positions) if fits.all() else int(np.argmin(fits))
     start: Floats = positions[max(count - 1, 0)]
     return start
-
-
-def _is_blocked(path: Path, progress: float, q: RouteQuery, p: ReplanningParameters) -> bool:
-    """Check for a passage ahead that is narrower than the chair, also a little beside the path.
-
-    An obstacle that turns out to be some centimetres larger leaves the passage open: the local
-    planner passes beside the path. A new path could lead round the other side, which a chair that
-    is close and cannot turn does not reach.
-    """
-    along = arc_length(path.points)
-    ahead = path.points[(along >= progress) & (along <= progress + p.lookahead)]
-    near = ahead[np.hypot(*(ahead - q.pose[:2]).T) < p.lookahead]
-    tight = q.walls.at(near) < q.robot.inscribed_radius
-    if not tight.any() or len(near) < 2:
-        return bool(tight.any())
-    tangent = np.gradient(near, axis=0)
-    tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
-    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])[tight]
-    beside = near[tight] + _ASIDE[:, None, None] * normal
-    free = q.walls.at(beside.reshape(-1, 2)) >= q.robot.inscribed_radius
-    return not free.reshape(beside.shape[:2]).any(axis=0).all()
