@@ -147,6 +147,27 @@ def test_an_open_passage_is_not_left_for_another_one(asked, chair, nearest, asid
     assert (later.path is not state.path) == taken
 
 
+@pytest.mark.parametrize(
+    "demand",
+    [
+        {"stalled": True},
+        {"backed_up": True},
+        {"side": "left"},
+        {"authority": True},
+        {"pose": np.array([2.5, 4.7, 0.0])},
+    ],
+    ids=["stalled", "backed up", "side chosen", "rider steers", "chair beside its path"],
+)
+def test_an_open_passage_is_left_where_something_else_demands_a_new_path(asked, demand):
+    planner = Round(0.9)
+    state = update_route(asked(), planner, None, RULES)
+    walls = distance_field(room(boxes=[box_beside(0.12, -1.0)]))
+    blocked = update_route(asked(1, walls=walls), planner, state, RULES)
+    given = {"authority": hand(0.9, (3.5, 4.2))} if "authority" in demand else demand
+    later = update_route(asked(20, walls=walls, **given), planner, blocked, RULES)
+    assert later.path is not state.path
+
+
 @pytest.mark.parametrize(("gap", "taken"), [(0.75, False), (0.55, True)])
 def test_beside_the_path_the_chair_must_fit_between_things_on_both_sides(asked, gap, taken):
     """A gap whose middle lies 0.1 m beside the path."""

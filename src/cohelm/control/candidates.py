@@ -84,7 +84,7 @@ class PlanningCycle:
     person_speeds: Floats
     """(n,) of people lately, m/s."""
     person_paces: Floats
-    """(n,) of people over a longer time, m/s."""
+    """(n,) paces, see ``planner_memory.recent_paces``, m/s."""
     person_courses: Floats
     """(n,) times for which people have been on a course into the robot, s."""
     verifier: Verifier

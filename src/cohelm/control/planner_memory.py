@@ -21,7 +21,8 @@ AnyArray = NDArray[Any]
 _LATELY = 1.0
 """Time constant with which the recent speed of a person fades, s."""
 _HELD_UP = 10.0
-"""Time constant with which the pace of a person fades, s: a crowd is held up for as long."""
+"""Time constant with which the pace of a person fades, s: about as long as a crowd may be held up;
+assumed."""
 EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -44,7 +45,7 @@ class PlannerMemory:
     person_speeds: Annotated[Floats, Shape("n")]
     """Recent speed of each person, m/s, see :func:`recent_speeds`."""
     person_paces: Annotated[Floats, Shape("n")]
-    """The same over a longer time, m/s, see :func:`recent_paces`."""
+    """Pace of each person, m/s, see :func:`recent_paces`."""
     person_courses: Annotated[Floats, Shape("n")]
     """Time for which each person has been on a course into the robot, s, see ``unaware``."""
     tail: Annotated[Floats, Shape("L m")]
@@ -98,7 +99,10 @@ def recent_speeds(people: People, memory: PlannerMemory | None, time: float) -> 
 
 
 def recent_paces(people: People, memory: PlannerMemory | None, time: float) -> Floats:
-    """The same over a longer time, (n,), m/s: who is held up walks on, and does not stand."""
+    """Pace of each person, (n,), m/s: the highest speed, which fades over 10 s.
+
+    People who are held up in a crowd keep the pace of walking people for some time.
+    """
     before = None if memory is None else memory.person_paces
     return _faded(people, memory, time, before, _HELD_UP)
 

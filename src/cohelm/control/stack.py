@@ -31,8 +31,8 @@ from cohelm.control.terms.barrier import REACH
 from cohelm.control.terms.extra import extra_table
 
 _SPACES_FROM = 0.3
-"""Probability from which the space of a less likely hypothesis counts; its body does not: who may
-turn towards the robot gets room, and is no obstacle yet."""
+"""Probability from which the space of a less likely hypothesis counts. Its body never does: a
+person who may turn towards the robot gets space, but is not yet an obstacle."""
 _NORMS = {1: 1, 2: 2, "inf": 0}
 
 
@@ -54,7 +54,7 @@ class Terms(Model):
 
     @property
     def tracking(self) -> TrackReference:
-        """Tracking of the reference's poses: none, since the path is followed at any time."""
+        """No tracking: the path counts, and not the time at which a pose is reached."""
         return TrackReference()
 
     def objective(

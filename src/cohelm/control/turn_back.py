@@ -13,8 +13,7 @@ from cohelm.messages import People, Predictions
 TURN_DELAY = 0.25
 """Delay until a turn is detected, s: two scans and the filter."""
 RETURN_SPEED = 1.0
-"""Speed up to which people may return faster than measured, m/s: a turning person is measured as
-slow."""
+"""Maximum return speed of people who are measured as slower, m/s: a turning person is."""
 _FASTER = 4.0
 """Assumed return speed as a multiple of the measured speed, up to ``RETURN_SPEED``."""
 _WALKED = 0.5

@@ -34,7 +34,7 @@ REACTION = 0.2
 """Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
 MIN_PROBABILITY = 0.1
 """Probability from which emergency braking must also keep clear of a hypothesis that is not the
-most likely one: of one in ten, and not of those that every predictor lists."""
+most likely one. Predictors list several that are less probable."""
 _STALLED_WALL_SHARE = 0.6
 """Share of the gap to a wall while the ride is stalled: a creeping robot needs less, and still more
 than the safety gate's 0.01 m."""
@@ -106,7 +106,7 @@ class Verification(Model):
             current_input: u_{−1}, (m,).
             speeds: (n,) of people lately, m/s.
             courses: (n,) times for which people have been on a course into the robot, s.
-            paces: (n,) of people over a longer time, m/s; None: as ``speeds``.
+            paces: (n,) see ``planner_memory.recent_paces``, m/s; None: as ``speeds``.
         """
         law = clearance.law(tight=problem.stalled)
         margins = ContactMargins(

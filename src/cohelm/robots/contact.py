@@ -60,7 +60,7 @@ def contact_times(
         predictions: of these people; beyond the end they keep their velocity.
         walls: distance to everything that is not a person.
         margins: gaps that count as contact.
-        paces: (n,) speeds of people before they were held up, m/s; None: the present ones.
+        paces: (n,) of people, m/s, see ``ContactMargins.growth``; None: their speeds.
     """
     bodies = _bodies(people, predictions, paces)
     grid = wall_grid(walls)

@@ -52,7 +52,7 @@ class Bodies(NamedTuple):
     radius: Floats
     """(n,) m."""
     pace: Floats
-    """(n,) speed of each person, or that before it was held up, m/s."""
+    """(n,) recent highest speed of each person, m/s."""
     step: float
     """s."""
 
@@ -60,12 +60,13 @@ class Bodies(NamedTuple):
 class ContactMargins(NamedTuple):
     """Gaps that count as contact.
 
-    At time t, contact with a person is a gap below min(s·(min(people + growth·t, upper) +
+    At time t, contact with a person is a gap below min(s·(min(people + growth·p·t, upper) +
     ½·acceleration·t²) + extra, max(gap if the robot had stood still − 1 cm, min(8 cm, gap now −
-    1 cm))), where s grows from ``standing_share`` to 1 with the person's speed. So a person who
-    comes close does not block the robot, and a person who would walk into it even if it stood finds
-    it standing. The robot waits for a person who touches it and walks on, or who clearly overlaps
-    it. Who follows behind a robot that drives away is no contact: braking would not help.
+    1 cm))), where s grows from ``standing_share`` to 1 with the person's speed, and p from 0 to 1
+    with its pace, both until 0.5 m/s. So a person who comes close does not block the robot, and a
+    person who would walk into it even if it stood finds it standing. The robot waits for a person
+    who touches it and walks on, or who clearly overlaps it. Who follows behind a robot that drives
+    away is no contact: braking would not help.
     """
 
     wall: float

@@ -27,7 +27,7 @@ REACH = 1.0
 """h saturates here, m."""
 MOST_LIKELY = 1.0
 """Probability at which only the most likely hypothesis of each person constrains."""
-_NOBODY = np.zeros(0, np.bool_)
+_NO_HYPOTHESES = np.zeros(0, np.bool_)
 
 
 class Price(Model):
@@ -51,8 +51,8 @@ class WallBarrier(Price):
     """γ of eq. (9): walls stand still, so approaching one is no fault."""
 
     def table(self) -> BarrierTable:
-        """The barrier for walls, which nobody's hypotheses concern."""
-        return BarrierTable(1.0 - self.gamma, self.l1, self.l2, _NOBODY, self.is_active, 2)
+        """The barrier for walls; no hypotheses constrain."""
+        return BarrierTable(1.0 - self.gamma, self.l1, self.l2, _NO_HYPOTHESES, self.is_active, 2)
 
 
 class Barrier(Price):

@@ -1,9 +1,10 @@
 """Passages of a path: blocked, or open a little beside it.
 
-An obstacle that is seen face by face turns out to be some centimetres larger than it was when the
-path was planned beside it. Then the way round its other side may become the cheaper one; a chair
-that is close to it, and cannot turn there, does not reach that way. So a path whose passage is open
-is replaced by paths through the same passage only.
+When a path is planned round an obstacle, only one side of it may have been seen. Once the next side
+is seen, the obstacle may be some centimetres larger, and the path too close to it. The path round
+its other side can then be the cheaper one. A chair that is close to the obstacle and has no space
+to turn cannot follow that path. So a path whose passage is open is replaced by paths through the
+same passage only.
 """
 
 from __future__ import annotations
@@ -11,16 +12,19 @@ from __future__ import annotations
 import numpy as np
 
 from cohelm.arrays import Booleans, Floats
-from cohelm.geometry import arc_length
+from cohelm.geometry import arc_length, resample
 from cohelm.messages import Path
 from cohelm.navigation.replanning.path_switching import distances_to
 from cohelm.navigation.replanning.remaining_path import remaining_path
 from cohelm.navigation.replanning.route_query import RouteQuery
 
 _ASIDE = np.linspace(-0.25, 0.25, 11)
-"""Displacements of a path at which the local planner may pass beside it, m."""
+"""Displacements of a path at which the local planner may pass beside it, m; assumed."""
 _SAME_PASSAGE = 0.5
-"""Distance up to which a new path leads through the same passage, m: less than a chair is wide."""
+"""Distance up to which a new path leads through the same passage, m: two passages beside one
+obstacle are apart by the chair's width at least; assumed."""
+_SPACING = 0.1
+"""Spacing of points of paths that are checked, m."""
 
 
 def is_blocked(path: Path, progress: float, query: RouteQuery, lookahead: float) -> bool:
@@ -39,7 +43,9 @@ def is_blocked(path: Path, progress: float, query: RouteQuery, lookahead: float)
 def leaves_open_passage(
     path: Path, current: Path, progress: float, query: RouteQuery, lookahead: float
 ) -> bool:
-    """Check that a new path leads elsewhere, although the current passage is still open.
+    """Check that a new path takes another passage while the current one is open.
+
+    False for a chair that has left its path: the new one then begins elsewhere in any case.
 
     Args:
         path: the new one.
@@ -48,9 +54,12 @@ def leaves_open_passage(
         query: pose, walls and robot.
         lookahead: distance ahead of the chair over which both are checked, m.
     """
+    kept = remaining_path(current, progress)
+    if distances_to(query.pose[None, :2], kept)[0] > _SAME_PASSAGE:
+        return False
     near = path.points[np.hypot(*(path.points - query.pose[:2]).T) < lookahead]
-    apart = distances_to(near, remaining_path(current, progress))
-    return bool((apart > _SAME_PASSAGE).any()) and _is_open(current, progress, query, lookahead)
+    leaves = bool((distances_to(near, kept) > _SAME_PASSAGE).any())
+    return leaves and _is_open(current, progress, query, lookahead)
 
 
 def _is_open(path: Path, progress: float, query: RouteQuery, lookahead: float) -> bool:
@@ -58,6 +67,7 @@ def _is_open(path: Path, progress: float, query: RouteQuery, lookahead: float) -
     near = _ahead(path, progress, query, lookahead)
     if len(near) < 2:
         return False
+    near = resample(near, _SPACING)
     tangent = np.gradient(near, axis=0)
     tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
     normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])

@@ -93,7 +93,7 @@ class RouteState:
     blocked_since: float = math.inf
     """Time since which the path ahead is blocked, s."""
     attempted_at: float = -math.inf
-    """Time of the last failed attempt to replan, s."""
+    """Time of the last attempt to replan that failed, or whose path was refused, s."""
     switching: SwitchingState
     abandoned: AbandonedPath | None = None
 
@@ -178,8 +178,11 @@ def _replan(
         path = planner.plan(_problem_from(query, start, current, effort))
     except PlanningError:
         return replace(current, attempted_at=q.time)
-    if reason is PlanReason.BLOCKED and leaves_open_passage(
-        path, current.path, current.progress, q, p.lookahead
+    demanded = q.stalled or q.backed_up or q.side != "none" or steering is not None
+    if (
+        reason is PlanReason.BLOCKED
+        and not demanded
+        and leaves_open_passage(path, current.path, current.progress, q, p.lookahead)
     ):
         return replace(current, attempted_at=q.time)
     return _next_route(q, path, reason, current)
