@@ -141,7 +141,7 @@ def test_people_walked_through_the_lidar_are_told_and_twins_agree():
 @pytest.mark.parametrize(("name", "start"), [("eth", 400.0), ("zara01", 200.0)])
 def test_filmed_crowds_are_told(name, start, drive):
     folder = os.environ.get("COHELM_DATA")
-    if folder is None:
+    if not folder:
         pytest.skip("COHELM_DATA names no folder with recordings")
     crowd = read_trajectories(Path(folder) / "pedestrians" / f"{name}_obsmat.txt")
     got = crowd_scores(crowd, seed=1, drive=drive, start=start, seconds=20.0).tracking
