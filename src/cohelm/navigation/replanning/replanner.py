@@ -3,9 +3,11 @@
 A path is kept while it is usable. A new one is planned if there is none, if the goal or a wish
 changes, if the path ahead has been blocked for some time, if the chair has left the path, makes no
 progress or has backed up (``recovery``), if another path has become much better
-(``path_switching``), and while the rider steers away from it, except near the goal. In the last
-case the new path starts where the rider's input leads, so that it passes an obstacle on the side
-that the rider chose.
+(``path_switching``), and while the rider steers away from it, except near the goal.
+
+A blocked path whose passage is open is replaced through that passage only (``open_passage``). While
+the rider steers, the new path starts where the rider's input leads, so that it passes an obstacle
+on the side that the rider chose.
 """
 
 from __future__ import annotations
