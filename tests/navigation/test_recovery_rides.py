@@ -132,7 +132,7 @@ def test_somebody_in_a_corridor_is_waited_for_and_the_ride_goes_on_when_they_lea
 
 @pytest.mark.slow
 def test_somebody_who_comes_out_of_the_corridor_is_only_waited_for(drive):
-    """They come a little to the left of the chair, which moves to the right, and step to the left."""
+    """They come a little to the left of the chair, which moves to the right; step to the left."""
 
     def people(t):
         x, y = 8.5 - 0.8 * min(t, 6.0), 4.15 + min(max(t - 6.0, 0.0), 3.0)
