@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
+from cohelm.kernels import CACHED
 
 ZERO = cast("int", np.int64(0))
 """0 as a variable: for numba, the constant 0 is a type of its own, and a kernel that gets it as
@@ -20,14 +21,14 @@ NONE = cast("int", np.int64(-1))
 """−1, likewise: no index."""
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def copy_row(target: Floats | Integers, source: Floats | Integers) -> None:
     """Copy a row (n,) to the beginning of another one."""
     for index in range(source.shape[0]):
         target[index] = source[index]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def stable_order(values: Floats | Integers) -> Integers:
     """Indices (n,) that sort values (n,), as ``np.argsort`` with ``kind="stable"``; NaN last.
 
@@ -58,7 +59,7 @@ def stable_order(values: Floats | Integers) -> Integers:
     return order
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def members_by_label(labels: Integers, count: int) -> tuple[Integers, Integers]:
     """Indices of the elements by their label: those of k are ``members[first[k]:first[k + 1]]``.
 

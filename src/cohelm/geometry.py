@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.kernels import CACHED
 
 
 def wrap_angle(angle: Any) -> Any:
@@ -103,7 +104,7 @@ def resample(points: Floats, spacing: float) -> Floats:
     return np.stack([np.interp(at, s, points[:, 0]), np.interp(at, s, points[:, 1])], axis=-1)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest_on_polyline(points: Floats, x: float, y: float) -> tuple[float, float]:
     """Return the arc length of the nearest point of a polyline (n, 2), and its distance."""
     best, where, along = np.inf, 0.0, 0.0
@@ -124,7 +125,7 @@ def nearest_on_polyline(points: Floats, x: float, y: float) -> tuple[float, floa
     return where, best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def distance_to_polygon(polygon: Floats, x: float, y: float) -> float:
     """Signed distance of a point to a simple polygon (n, 2): negative inside."""
     best, inside = np.inf, False
@@ -146,7 +147,7 @@ def distance_to_polygon(polygon: Floats, x: float, y: float) -> float:
     return -best if inside else best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def inside_polygon(polygon: Floats, points: Floats) -> Booleans:
     """Mask (m,) of the points (m, 2) inside a simple polygon (n, 2)."""
     out = np.empty(points.shape[0], dtype=np.bool_)

@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def add_row(
     H: Floats, g: Floats, nx: float, ny: float, turn: float, e: float, weight: float
 ) -> None:
@@ -37,7 +38,7 @@ def add_row(
     g[2] += weight * turn * e
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def newton_step(H: Floats, g: Floats) -> Floats:
     """Step (3,) to add to the motion; completes the lower triangle of H, which must be regular."""
     H[1, 0], H[2, 0], H[2, 1] = H[0, 1], H[0, 2], H[1, 2]

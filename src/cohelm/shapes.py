@@ -29,6 +29,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 PRINTED = 0
 CONTOUR = 1
@@ -64,7 +65,7 @@ def gaussian_deviations(speed: Any) -> tuple[Any, Any, Any]:
     return front, front * 2.0 / 3.0, front / 2.0
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def extent(shape: RadialShape, delta: float) -> tuple[float, float]:
     """(l, dl/dδ) in direction ``delta``, rad from the axis of motion; m and m/rad.
 
@@ -87,7 +88,7 @@ def extent(shape: RadialShape, delta: float) -> tuple[float, float]:
     return length, slope
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def outline(shape: RadialShape, margin: float, pose: Floats, count: int) -> Floats:
     """Closed outline (count + 1, 2) of a shape at a pose (x, y, axis), grown by ``margin``, m."""
     out = np.empty((count + 1, 2))
@@ -99,7 +100,7 @@ def outline(shape: RadialShape, margin: float, pose: Floats, count: int) -> Floa
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def support(shape: RadialShape, cos: float, sin: float) -> float:
     """Support of a shape, the maximum of p·u over it, from its centre; m.
 
@@ -121,7 +122,7 @@ def support(shape: RadialShape, cos: float, sin: float) -> float:
     return best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest_support(direction: Floats, far: Floats, x: float, y: float) -> tuple[float, int]:
     """(distance, k) of a point to a hull: the maximum of p·u − s, and its direction's index.
 
@@ -141,7 +142,7 @@ def nearest_support(direction: Floats, far: Floats, x: float, y: float) -> tuple
     return best, at
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def distance_to_hull(direction: Floats, far: Floats, points: Floats) -> tuple[Floats, Floats]:
     """(distance (k,) m, its gradient (k, 2)) of points (k, 2); see :func:`nearest_support`."""
     distance = np.empty(points.shape[0])

@@ -388,6 +388,14 @@ def test_a_chair_that_comes_hardly_any_nearer_has_arrived_a_little_before():
         assert steered.step(observation(1, pose, twist), request(), first).arrived is arrived
 
 
+def test_a_slow_chair_beside_its_goal_has_arrived_where_it_would_have_to_turn_for_it():
+    steered = navigator(local_planner=Fixed(), global_planner=Straight())
+    for heading, away, arrived in [(1.2, 0.18, True), (0.9, 0.18, False), (3.0, 0.2, False)]:
+        pose = (GOAL[0] - away, GOAL[1], heading)
+        first = steered.step(observation(0, pose), request(), None)
+        assert steered.step(observation(1, pose), request(), first).arrived is arrived
+
+
 def test_a_new_goal_is_not_arrived_at_for_having_been_at_the_old_one():
     steered = navigator(local_planner=Fixed(), global_planner=Straight(), goal_tolerance=0.12)
     here = (GOAL[0], GOAL[1], 0.0)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, unchecked, value
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.messages import (
     Authority,
@@ -115,7 +116,7 @@ class LocalProblem:
         )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _bounded(
     low: Floats, high: Floats, n_linear: int, top: float, forward: bool
 ) -> tuple[Floats, Floats]:

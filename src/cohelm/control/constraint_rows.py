@@ -7,7 +7,6 @@ import math
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.objective import advanced, body_value, first_stage, social_value
 from cohelm.control.objective_tables import Objective
 from cohelm.control.scene import Scene
@@ -22,6 +21,7 @@ from cohelm.control.terms.encounter import (
 )
 from cohelm.control.terms.norms import norm_gradient
 from cohelm.control.terms.stage import Stage
+from cohelm.kernels import INNER, KERNEL
 from cohelm.maps.distance import sample
 
 _FAR = 1e6

@@ -19,8 +19,8 @@ from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from cohelm.arrays import Floats, Integers
-from cohelm.control.kernels import KERNEL
 from cohelm.errors import SolverFailed
+from cohelm.kernels import KERNEL
 
 _SETTINGS = 256
 """Bytes for DAQP's settings, more than it needs."""

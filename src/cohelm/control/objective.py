@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numba import njit
 
+from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.objective_tables import (
     BODIES,
     CHANGE,
@@ -51,6 +51,7 @@ from cohelm.control.terms import (
 from cohelm.control.terms.encounter import own_extent, person_extent, state_encounter
 from cohelm.control.terms.norms import norm_gap
 from cohelm.control.terms.stage import Encounter, LocalModel, Stage
+from cohelm.kernels import CACHED, INNER, KERNEL
 from cohelm.maps.distance import sample
 
 _BODY, _SPACE = 0, 1
@@ -61,11 +62,11 @@ _BODY, _SPACE = 0, 1
 def first_stage(scene: Scene) -> Stage:
     """The robot now."""
     x, y, heading = scene.robot.start[0], scene.robot.start[1], scene.robot.start[2]
-    i, s, d = project_on_path(scene.path.samples, x, y, 0)
+    i, s, d = project_on_path(scene.path.samples, x, y, ZERO)
     return Stage(0, x, y, heading, math.cos(heading), math.sin(heading), s, d, i, 0.0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def start_values(scene: Scene, norm: int) -> Floats:
     """``Objective.start``."""
     stage, people = first_stage(scene), scene.people
@@ -73,7 +74,7 @@ def start_values(scene: Scene, norm: int) -> Floats:
     for q in range(out.shape[0]):
         e = state_encounter(people, scene.robot.capsule, q, stage)
         state = people.states[q, 0]
-        out[q, _BODY] = min(body_value(scene, e, state, q, 0, norm), barrier.REACH)
+        out[q, _BODY] = min(body_value(scene, e, state, q, ZERO, norm), barrier.REACH)
         out[q, _SPACE] = min(social_value(people, e, state), barrier.REACH)
     return out
 

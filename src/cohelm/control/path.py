@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER
+from cohelm.kernels import CACHED, INNER
 from cohelm.messages import Reference
 
 SPACING = 0.1
@@ -56,7 +56,7 @@ def path_table(reference: Reference, top_speed: float, steps: int) -> PathTable:
     return PathTable(samples, progress, reference.poses[last], speeds[last], heading, max_speed)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sampled(poses: Floats, steps: int, stride: float) -> tuple[Floats, Floats, Floats]:
     """(samples, arc length of the reference, heading angle (q,)); see ``PathTable``.
 

@@ -11,6 +11,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
+from cohelm.kernels import CACHED
 from cohelm.robots.clearance import Clearance, oncoming_share, people_margins
 from cohelm.shapes import ELLIPSE, PRINTED
 
@@ -115,7 +116,7 @@ def _own_space(
     return factors, max(extent, floor)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _widest(front: Floats, side: Floats, rear: Floats) -> float:
     """Largest of all σ."""
     largest = 0.0
@@ -126,7 +127,7 @@ def _widest(front: Floats, side: Floats, rear: Floats) -> float:
     return largest
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _person_states(
     mean: Floats,
     velocity: Floats,

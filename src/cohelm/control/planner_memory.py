@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
+from cohelm.kernels import CACHED
 from cohelm.messages import LocalPlan, People
 
 AnyArray = NDArray[Any]
@@ -131,7 +132,7 @@ def remembered(memory: PlannerMemory, people: People, values: AnyArray) -> AnyAr
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _opposed(passing_sides: Integers, path_side: int, person_sides: Integers) -> Integers:
     """Number of entries of each row (k, 1 + n) opposite to (path side, sides (n,)), (k,)."""
     out = np.zeros(passing_sides.shape[0], np.int64)

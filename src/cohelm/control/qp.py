@@ -11,8 +11,8 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.daqp_call import NO_BOUND, DaqpAddresses, solve_dense
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.solver_tables import SolverWorkspace
+from cohelm.kernels import INNER, KERNEL
 
 _FIRST, _TIGHT = 96, 0.05
 """First program: maximum number of soft rows, and the margin below which they are used, m."""

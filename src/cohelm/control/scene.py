@@ -18,6 +18,7 @@ from cohelm.control.api import LocalProblem
 from cohelm.control.path import PathTable, path_table
 from cohelm.control.people_table import PeopleTable, people_table
 from cohelm.control.trajectories import PLANNED_BRAKING
+from cohelm.kernels import CACHED
 from cohelm.messages import GroupSpaces
 from cohelm.robots.clearance import Clearance
 from cohelm.robots.wall_contact import WallGrid, wall_margins
@@ -187,7 +188,7 @@ def _unit_vectors(directions: tuple[float, ...]) -> Floats:
     return np.stack([np.cos(directions), np.sin(directions)], axis=-1)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _hulls(known: Floats, normal: Floats, steps: int) -> tuple[Floats, Floats]:
     """(support (g, L+1, m), containing discs (g, L+1, 3)) of hulls known for some steps.
 

@@ -27,12 +27,12 @@ from cohelm.control.constraint_rows import (
     wall_rows,
 )
 from cohelm.control.daqp_call import DaqpAddresses
-from cohelm.control.kernels import KERNEL
 from cohelm.control.objective import add_models, trajectory_cost
 from cohelm.control.objective_tables import Objective
 from cohelm.control.qp import minimise
 from cohelm.control.scene import Scene
 from cohelm.control.solver_tables import SolverWorkspace
+from cohelm.kernels import KERNEL
 
 _DAMPING = 1e-4
 """Added to the diagonal, so that every program has one solution."""

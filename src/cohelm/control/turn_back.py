@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, unchecked
+from cohelm.kernels import CACHED
 from cohelm.messages import People, Predictions
 
 TURN_DELAY = 0.25
@@ -57,7 +58,7 @@ def turned_back(
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _return(
     people: Floats,
     times: Floats,

@@ -14,6 +14,7 @@ from numba import njit
 from cohelm.arrays import Booleans, Floats
 from cohelm.control.api import LocalProblem
 from cohelm.control.planner_memory import PlannerMemory, remembered
+from cohelm.kernels import CACHED
 from cohelm.robots.capsule import gap_to_disc
 from cohelm.robots.contact_kernel import WALKING
 
@@ -43,7 +44,7 @@ def times_on_course(problem: LocalProblem, memory: PlannerMemory | None) -> Floa
     return np.where(on, before + elapsed, np.maximum(before - _FORGETS * elapsed, 0.0))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _on_course(
     capsule: Floats, pose: Floats, twist: Floats, people: Floats, radius: Floats
 ) -> Booleans:

@@ -13,6 +13,7 @@ from numba import njit
 from cohelm.arrays import Floats, Floats32
 from cohelm.control.api import LocalProblem
 from cohelm.errors import Infeasible
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 
 _FARTHEST = 1e9
@@ -105,7 +106,7 @@ def _outside(name: str) -> str:
     return f"{name}: not between {_THINNEST:g} and {_FARTHEST:g}"
 
 
-@njit(cache=True, fastmath={"reassoc"})  # vectorised sum in any order; NaN stays NaN
+@njit(**CACHED, fastmath={"reassoc"})  # vectorised sum in any order; NaN stays NaN
 def _is_small(array: Floats | Floats32) -> bool:
     """Check that the root of the sum of squares is a number within bounds."""
     total = 0.0
@@ -114,7 +115,7 @@ def _is_small(array: Floats | Floats32) -> bool:
     return total <= _FARTHEST * _FARTHEST
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_between(array: Floats, lowest: float, highest: float) -> bool:
     """Check that all values are numbers within bounds."""
     fits = True

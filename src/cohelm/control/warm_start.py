@@ -10,6 +10,7 @@ from numba import njit
 from cohelm.arrays import Floats, unchecked
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.trajectories import limited_trajectory
+from cohelm.kernels import CACHED
 from cohelm.messages import LocalPlan
 from cohelm.robots import InputBounds
 
@@ -37,7 +38,7 @@ def estimate_current_input(problem: LocalProblem, previous: LocalPlan | None) ->
     return _confirmed(measured, commanded, robot.input_bounds, n_linear, top, delay)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _confirmed(
     measured: Floats,
     commanded: Floats,
@@ -57,7 +58,7 @@ def _confirmed(
     return _limited(out, bounds, n_linear, top_speed)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _limited(inputs: Floats, bounds: InputBounds, n_linear: int, top_speed: float) -> Floats:
     """The inputs (m,) nearest to the given ones within the robot's limits.
 
@@ -103,7 +104,7 @@ def shifted_plan(
     return limited_trajectory(problem, _shifted(inputs, previous.step, elapsed), current_input)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _shifted(inputs: Floats, step: float, elapsed: float) -> Floats:
     """Inputs (N, m) from ``elapsed`` s on, interpolated; the last one is held."""
     count = inputs.shape[0]
@@ -134,7 +135,7 @@ def with_reference_towards(
     return unchecked(problem, reference=unchecked(r, poses=poses, speeds=speeds))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _blended(  # a kernel takes plain arrays
     poses: Floats, speeds: Floats, to_poses: Floats, inputs: Floats, n_linear: int, share: float
 ) -> tuple[Floats, Floats]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from numba import njit
 
 from cohelm.health.parameters import HealthParameters
+from cohelm.kernels import CACHED
 from cohelm.messages import Observation, Reason
 from cohelm.robots import Robot
 
@@ -88,7 +89,7 @@ def update_drive(
     return band, None
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _follow(
     band: AxisBand,
     command: float,
@@ -119,7 +120,7 @@ def _follow(
     return quick, slow, delayed, over, lacking
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ramped(value: float, target: float, rise: float, fall: float) -> float:
     """Value that approaches the target: away from zero by ``rise``, towards zero by ``fall``."""
     if target > value:

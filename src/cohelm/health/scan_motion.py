@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 from cohelm.planar_fit import add_row, newton_step
 
 _PASSES = ((0.6, 0.3), (0.5, 0.2), (0.4, 0.15), (0.3, 0.1), (0.2, 0.08), (0.2, 0.06), (0.2, 0.05))
@@ -79,7 +80,7 @@ _NOWHERE, _ELSEWHERE, _NEAR = 0, 1, 2
 """No beam sees the point's direction; the surface there is too far or not smooth; it is near."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, float, int]:
     """(motion, share of inliers with it and with the guess, points) of robust Gauss-Newton."""
     pose, points = guess.copy(), _points(now)
@@ -100,7 +101,7 @@ def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, fl
     return pose, share, at_guess, compared
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _points(now: Sweep) -> Floats:
     """Returns (n, 2) of about 90 beams in the sensor's frame, m."""
     b = len(now.ranges)
@@ -115,7 +116,7 @@ def _points(now: Sweep) -> Floats:
     return out[:n]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _normal_equations(
     earlier: Sweep, points: Floats, pose: Floats, reach: float, scale: float
 ) -> tuple[Floats, Floats, int, int]:
@@ -138,7 +139,7 @@ def _normal_equations(
     return H, g, inliers, compared
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _surface(earlier: Sweep, x: float, y: float, reach: float) -> _Surface:
     """Surface of the earlier sweep in the direction of a point (x, y), m."""
     m = len(earlier.ranges)
@@ -167,7 +168,7 @@ def _surface(earlier: Sweep, x: float, y: float, reach: float) -> _Surface:
     return _Surface(_NEAR, nx, ny, nx * (x - ax) + ny * (y - ay))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _chord(earlier: Sweep, j: int, j1: int, full: bool) -> tuple[int, int]:
     """Beams of a longer chord where the surface goes on smoothly, else ``j`` and ``j1``.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.kernels import CACHED
 
 SAME_RANGE = 1e-3
 """Difference below which neighbouring beams read the same value, m: a tenth of the noise of a
@@ -37,7 +38,7 @@ def check_sweep(ranges: Floats, range_max: float, before: Floats | None) -> Swee
     return SweepCheck(*_check(ranges, range_max, past))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _check(
     ranges: Floats, range_max: float, before: Floats
 ) -> tuple[Booleans, float, float, float]:

@@ -16,6 +16,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.geometry import inverse, transform
+from cohelm.kernels import CACHED
 
 _FAR = 6.0
 """Distance up to which an object counts, m: farther ones return few beams."""
@@ -82,7 +83,7 @@ def _is_near(found: Floats, place: Floats) -> bool:
     return len(found) > 0 and bool(np.hypot(*(found - place).T).min() < _REACH)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _free_objects(ranges: Floats, first: float, increment: float) -> Floats:
     """Centres (n, 2) of the objects that stand free, in the scanner's frame, m."""
     b = len(ranges)
@@ -112,7 +113,7 @@ def _free_objects(ranges: Floats, first: float, increment: float) -> Floats:
     return out[:n]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _joined(ranges: Floats, i: int, j: int) -> bool:
     """Check that two neighbouring beams meet one object."""
     one, other = ranges[i], ranges[j]
@@ -120,7 +121,7 @@ def _joined(ranges: Floats, i: int, j: int) -> bool:
     return returned and bool(abs(one - other) < _STEP)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _look(
     ranges: Floats, first: float, increment: float, x: float, y: float
 ) -> tuple[int, float, float]:

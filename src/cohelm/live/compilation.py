@@ -18,6 +18,7 @@ from cohelm.live.control.world_factory import build_world
 from cohelm.live.page import preview_process
 from cohelm.live.page.floor_model import floor_model
 from cohelm.maps import distance_field
+from cohelm.messages import Mode
 from cohelm.perception import Detector
 from cohelm.processes import end_with_owner, leave_interrupts, spawn, without_interrupts
 from cohelm.scenarios import Scenario, load_scenario
@@ -25,6 +26,8 @@ from cohelm.testing.scenes import BODY, local_problem, room, scan_of, walkers
 
 FLOOR, RIDE = "hospital", "crossing"
 """Scenarios of ``cohelm drive`` and of the examples of ``cohelm run``."""
+_WITHOUT_PLANNER = frozenset({"world", Mode.MANUAL.value})
+"""Cases of :func:`warm_up` in which no motion is planned."""
 _POLL_PERIOD = 1.0  # s
 
 
@@ -53,10 +56,10 @@ def compile_kernels() -> Iterator[str]:
         preview_process.warm_up(world.ride_setup)
         yield "detector"
         _detect(scenario)
-        while helper.is_alive():
-            yield "local planner"
-            helper.join(_POLL_PERIOD)
         for case in warm_up(world.ride_setup):
+            while case not in _WITHOUT_PLANNER and helper.is_alive():
+                yield "local planner"
+                helper.join(_POLL_PERIOD)
             yield f"navigator, {case}"
         yield "measures"
         measure(run(load_scenario(RIDE, ["time_limit=6"]), 0))

@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.kernels import CACHED
 from cohelm.maps.grid import OccupancyGrid
 
 _FAR = np.float32(1 << 20)
@@ -75,7 +76,7 @@ def signed_distance(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _signed_distance(blocked: Booleans, resolution: float, out: Floats32) -> None:
     rows, cols = blocked.shape
     _distance_upward(blocked, out)
@@ -104,7 +105,7 @@ def _signed_distance(blocked: Booleans, resolution: float, out: Floats32) -> Non
             out[r, c] = ((half - d) if blocked[r, c] else (d - half)) * side
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distance_upward(blocked: Booleans, out: Floats32) -> None:
     """Cells from each cell up its column to the first one of the other kind."""
     rows, cols = blocked.shape
@@ -114,7 +115,7 @@ def _distance_upward(blocked: Booleans, out: Floats32) -> None:
             out[r, c] = out[r - 1, c] + _STEP if blocked[r, c] == blocked[r - 1, c] else _STEP
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _along_run(
     height: Floats, a: int, b: int, at: Integers, bound: Floats, halves: Floats, squared: Floats
 ) -> None:
@@ -151,7 +152,7 @@ def _along_run(
         squared[x] = np.float64(x - q) ** 2 + (height[q] if a <= q < b else 0.0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def sample(
     distance: Floats32, resolution: float, X_MG: Floats, x: float, y: float
 ) -> tuple[float, float, float]:
@@ -174,7 +175,7 @@ def sample(
     return value_, cos * gc - sin * gr, sin * gc + cos * gr
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sample_many(distance: Floats32, resolution: float, X_MG: Floats, points: Floats) -> Floats:
     out = np.empty((points.shape[0], 3))
     for i in range(points.shape[0]):

@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Floats32, SignedBytes
 from cohelm.geometry import distance_to_polygon
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import signed_distance
 from cohelm.maps.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -135,7 +136,7 @@ def rotate(corners: Floats, angle: float) -> Floats:
     return result
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _signed_distances(
     corners: Floats, resolution: float, r0: int, r1: int, c0: int, c1: int
 ) -> Floats:

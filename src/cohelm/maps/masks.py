@@ -14,6 +14,7 @@ from cohelm import config
 from cohelm.arrays import Booleans, Bytes, Floats, SignedBytes, value
 from cohelm.errors import MapError
 from cohelm.geometry import compose, inverse
+from cohelm.kernels import CACHED
 from cohelm.maps.grid import OCCUPIED, OccupancyGrid
 from cohelm.maps.nav2 import MapFile, read_map
 from cohelm.messages import Crowding
@@ -158,7 +159,7 @@ def _number_at(f: CostmapFilter, x: float, y: float) -> float:
     return f.base + f.multiplier * occupancy if 0 <= occupancy <= OCCUPIED else 0.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _project(
     mask: SignedBytes, side: float, X_FG: Floats, resolution: float, table: Bytes, out: Bytes
 ) -> None:

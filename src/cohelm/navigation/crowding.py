@@ -19,6 +19,7 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, read_only, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Crowding, People
 
@@ -119,7 +120,7 @@ def _floor(grid: OccupancyGrid, prior: Crowding | None, p: CrowdingParameters) -
     return read_only(out)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _count(
     density: Floats32, people: Floats, confidence: Floats, resolution: float, radius: float
 ) -> None:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import arc_length, resample
+from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.maps import DistanceField
 from cohelm.messages import Path
 from cohelm.navigation.tick import StepInput, Tick
@@ -28,6 +28,10 @@ _REACTION = 0.15
 """Time until the wheels follow a lower limit, s: a tick and the drive's lag."""
 _AT_END = 0.02
 """Remaining length of a chair at the end of its path, m."""
+_AHEAD = 0.5
+"""Cosine of the bearing from which a goal is beside the chair: 60°."""
+_BESIDE = 1.2
+"""Tolerance of a slow chair beside its goal, as a multiple of the one with the goal ahead."""
 
 
 def final_approach(
@@ -98,12 +102,15 @@ def _with_points(path: Path, points: Floats) -> Path:
 def has_arrived(step: StepInput, last: Tick | None) -> bool:
     """Check the distance to the goal, with hysteresis.
 
-    The tolerance of a slow chair is larger, so that it does not turn for the last centimetres.
+    The tolerance of a slow chair is larger, so that it does not turn for the last centimetres, and
+    larger still with the goal aside or behind, where it would first have to turn on the spot.
     """
     setup, observation, request = step.setup, step.observation, step.request
     distance = float(np.hypot(*(request.goal - observation.pose[:2])))
     stays = last is not None and last.arrived and np.array_equal(last.request.goal, request.goal)
     slow = float(np.hypot(*observation.twist[:2])) < setup.goal_slow_speed
     if not stays and slow and last is not None:
-        return bool(distance <= max(setup.goal_slow_tolerance, setup.goal_tolerance))
+        beside = transform(inverse(observation.pose), request.goal)[0] < _AHEAD * distance
+        tolerance = setup.goal_slow_tolerance * (_BESIDE if beside else 1.0)
+        return bool(distance <= max(tolerance, setup.goal_tolerance))
     return bool(distance <= setup.goal_tolerance * (2.0 if stays else 1.0))

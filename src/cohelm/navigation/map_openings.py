@@ -28,6 +28,7 @@ from cohelm.arrays import (
     value,
 )
 from cohelm.geometry import inverse, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField, OccupancyGrid, signed_distance
 from cohelm.perception import Detections
 from cohelm.perception.obstacles.cells import beam_buffers, crossed_cells
@@ -196,7 +197,7 @@ def _codes(mask: Booleans, row: int, column: int, grid: OccupancyGrid) -> Intege
     return codes
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _mark(  # a kernel takes plain arrays
     openable: Booleans,
     origin: Floats,

@@ -13,6 +13,7 @@ from numba import njit
 from scipy.ndimage import distance_transform_edt
 
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, value
+from cohelm.kernels import CACHED
 from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.planning.costmap.costmap import build_costmap
 from cohelm.planning.costmap.layers.inflation import Inflation
@@ -101,7 +102,7 @@ def _coarse(free: Booleans, scale: int) -> tuple[Booleans, int]:
     return np.ascontiguousarray(padded.reshape(rows, scale, cols, scale).any(axis=(1, 3))), scale
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sample(cost: Floats32, resolution: float, X_MG: Floats, x: float, y: float) -> Floats:
     """Bilinear interpolation between cell centres; the nearest cell beyond the border."""
     cos, sin = math.cos(X_MG[2]), math.sin(X_MG[2])
@@ -120,7 +121,7 @@ def _sample(cost: Floats32, resolution: float, X_MG: Floats, x: float, y: float)
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _march(
     free: Booleans,
     resolution: float,

@@ -14,6 +14,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.geometry import arc_length, inverse, resample, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import CostmapFilter, DistanceField
 from cohelm.maps.masks import speed_limit_at
 from cohelm.messages import Wish
@@ -85,7 +86,7 @@ def time_in_speed_zones(
 _POSE_SPACING = 0.025  # m between poses, and between those of the farthest corner in a turn
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def poses_driven(points: Floats, reach: float) -> Floats:
     """Poses (m, 3) on a polyline (n, 2), with each segment's heading and turns at its points.
 
@@ -113,7 +114,7 @@ def poses_driven(points: Floats, reach: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def least_gap_of(body: FootprintModel, outline: Floats, poses: Floats) -> float:
     """Minimum distance from the outline (k, 2) at the poses (n, 3) to blocked cells, m.
 
@@ -134,7 +135,7 @@ def least_gap_of(body: FootprintModel, outline: Floats, poses: Floats) -> float:
     return best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _gap(body: FootprintModel, outline: Floats, pose: Floats, most: float) -> float:
     """Distance from the outline at a pose to blocked cells; ∞ if it is ``most`` or more."""
     x, y, heading = pose
@@ -160,13 +161,13 @@ def _gap(body: FootprintModel, outline: Floats, pose: Floats, most: float) -> fl
     return best if best < most else np.inf
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _cell(x: float, resolution: float, count: int) -> int:
     """Index of the cell of a coordinate, or the nearest one."""
     return int(min(max(x / resolution, 0.0), float(count - 1)))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_square(corners: Floats, left: float, low: float, side: float) -> float:
     """Distance between a polygon (k, 2) and a square that it does not overlap."""
     best = np.inf

@@ -12,6 +12,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, Floats32, lazy_copy, value
 from cohelm.config import Model
 from cohelm.errors import GoalBlocked, InvalidProblem, OutsideMap, StartBlocked
+from cohelm.kernels import CACHED
 from cohelm.maps import MAX_COORDINATE, CostmapFilter
 from cohelm.messages import Crowding, Wish
 from cohelm.planning.api import RouteProblem
@@ -191,7 +192,7 @@ def as_pair(point: Floats) -> tuple[float, float]:
     return float(point[0]), float(point[1])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _add_extra_cost(extra_cost: Floats32, packed: Floats32, row: int, col: int) -> None:
     """Raise passable packed weights to the extra cost of a window that begins at (row, col)."""
     for r in range(extra_cost.shape[0]):
@@ -201,7 +202,7 @@ def _add_extra_cost(extra_cost: Floats32, packed: Floats32, row: int, col: int) 
                 packed[row + r + 1, col + c + 1] = extra_cost[r, c]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _open_around_start(
     packed: Floats32,
     clearance: Floats32,

@@ -16,6 +16,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.geometry import arc_length
+from cohelm.kernels import CACHED
 from cohelm.messages import Path, Reference
 from cohelm.robots import Robot
 
@@ -118,7 +119,7 @@ def _geometry(path: Path) -> tuple[Floats, Floats, Floats, Floats]:
     return s, np.ascontiguousarray(points), heading, curvature
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _drive(
     along: Floats,
     line: Floats,
@@ -158,7 +159,7 @@ def _drive(
     return poses, speeds, at
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _project(
     along: Floats, line: Floats, x: float, y: float, progress: float
 ) -> tuple[float, float]:
@@ -184,7 +185,7 @@ def _project(
     return at, aside
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _speed_limits(
     along: Floats, curvature: Floats, wanted: float, brake: float, lateral: float, turn: float
 ) -> Floats:
@@ -199,13 +200,13 @@ def _speed_limits(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _limit_at(along: Floats, allowed: Floats, s: float) -> float:
     """Speed limit at arc length ``s``: linear in the squared speed between points."""
     return math.sqrt(max(_interpolate(along, allowed, s), 0.0))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _limit_ahead(
     along: Floats, allowed: Floats, s: float, v: float, step: float, most: float
 ) -> float:
@@ -222,7 +223,7 @@ def _limit_ahead(
     return low if low > 1e-6 else 0.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _branch(
     tangent: float, aside: float, approach: float, heading: float, turning: float
 ) -> tuple[float, float]:
@@ -237,7 +238,7 @@ def _branch(
     return branch, abs(joining)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _interpolate(xs: Floats, ys: Floats, x: float) -> float:
     """Linear interpolation; the end values hold beyond the ends."""
     n = xs.shape[0]

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 from cohelm.robots.robot import Robot
 
 STANDING = 0.02
@@ -45,7 +46,7 @@ def braking(
     return robot.motion_model.rollout(pose, inputs, step)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _braking_inputs(
     now: Floats,
     command: Floats,
@@ -83,7 +84,7 @@ def _braking_inputs(
     return out
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def _lagged(time: float, fading: float, lag: float) -> float:
     """Remaining share of an input, ``time`` after its set-point began to fade: a lagged ramp."""
     if time <= 0.0:

@@ -11,12 +11,13 @@ import math
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 _SMOOTH = 1e-6
 """Added to squared distances, m²: it bounds the gradient of the distance at the spine."""
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def nearest_on_spine(
     capsule: Floats, cos: float, sin: float, dx: float, dy: float
 ) -> tuple[float, float, float, float, float, bool]:
@@ -42,7 +43,7 @@ def nearest_on_spine(
     return distance, ex / distance, ey / distance, sx, sy, inside
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def nearest_on_spine_in_map(
     capsule: Floats, pose: Floats, x: float, y: float
 ) -> tuple[float, float, float, float, float, bool]:
@@ -57,7 +58,7 @@ def nearest_on_spine_in_map(
     return distance, nx, ny, arm_x, arm_y, inside
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def gap_to_disc(capsule: Floats, pose: Floats, x: float, y: float, radius: float) -> float:
     """Gap between the capsule at ``pose`` (3,) and a disc at (x, y), m; negative if they overlap.
 

@@ -23,6 +23,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.messages import People
 
 BRISK = 0.5
@@ -85,7 +86,7 @@ class MarginLaw(NamedTuple):
     """m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def people_margins(
     velocity: Floats, deviation: Floats, step: float, steps: int, law: MarginLaw
 ) -> Floats:
@@ -110,7 +111,7 @@ def people_margins(
     return out
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def share_of(speed: float, standing: float) -> float:
     """s(v)."""
     return standing + (1.0 - standing) * min(speed / BRISK, 1.0)
@@ -132,7 +133,7 @@ def oncoming_share(people: People, pose: Floats) -> float:
     return float(_oncoming(people.mean, math.cos(pose[2]), math.sin(pose[2])))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _oncoming(states: Floats, cos: float, sin: float) -> float:
     """Oncoming share of states (n, 4) for a heading."""
     walking, towards = 0.0, 0.0

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.messages import People, Predictions
 from cohelm.robots.capsule import gap_to_disc
@@ -89,7 +90,7 @@ def touching(robot: Robot, pose: Floats, people: People, gap: float = TOUCHING) 
     return _touching(robot.capsule, np.asarray(pose, dtype=float), people.mean, people.radius, gap)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _touching(
     capsule: Floats, pose: Floats, people: Floats, radius: Floats, gap: float
 ) -> Booleans:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc, nearest_on_spine_in_map
@@ -93,7 +94,7 @@ class ContactMargins(NamedTuple):
     brings them closer."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def contact_kernel(
     capsule: Floats,
     discs: Floats,
@@ -154,7 +155,7 @@ def contact_kernel(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) -> bool:
     """Check whether a disc is closer to a wall than its margin (c,)."""
     for j in range(discs.shape[0]):  # noqa: SIM110  # numba compiles no generator
@@ -163,7 +164,7 @@ def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) 
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _touches(
     capsule: Floats,
     poses: Floats,
@@ -193,7 +194,7 @@ def _touches(
     return gap < min(most, max(stood - _NO_WORSE, floor)) or floor == np.inf
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ignored(
     capsule: Floats,
     poses: Floats,
@@ -219,7 +220,7 @@ def _ignored(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _needs_no_braking(
     capsule: Floats,
     pose: Floats,
@@ -254,7 +255,7 @@ def _needs_no_braking(
     return True
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _counted(weight: Floats, min_probability: float) -> Integers:
     """(person, hypothesis) (p, 2) of the probable hypotheses, and of each person's most likely."""
     n, h = weight.shape
@@ -270,7 +271,7 @@ def _counted(weight: Floats, min_probability: float) -> Integers:
     return out[:count]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _people_margins(
     capsule: Floats, pose: Floats, bodies: Bodies, counted: Integers, margins: ContactMargins
 ) -> tuple[Floats, Floats, Floats]:
@@ -290,7 +291,7 @@ def _people_margins(
     return shares, growth, floor
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def _at(bodies: Bodies, i: int, j: int, time: float) -> tuple[float, float]:
     """Position of a body at ``time`` of its prediction; beyond the end it keeps its velocity."""
     m = min(int(time / bodies.step), bodies.positions.shape[2] - 1)

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 
@@ -29,7 +30,7 @@ def wall_grid(walls: DistanceField) -> WallGrid:
     return WallGrid(walls.distance, walls.resolution, walls.X_MG)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_gap(disc: Floats, pose: Floats, walls: WallGrid) -> float:
     """Gap between a disc (x, y, radius) of a robot at ``pose`` and the nearest wall, m."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -39,7 +40,7 @@ def wall_gap(disc: Floats, pose: Floats, walls: WallGrid) -> float:
     return gap
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def circumscribed(discs: Floats) -> float:
     """Radius about the pose that holds all discs (c, 3), and the capsule with them, m."""
     around = 0.0
@@ -48,7 +49,7 @@ def circumscribed(discs: Floats) -> float:
     return around
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_margins(discs: Floats, pose: Floats, walls: WallGrid, margin: float) -> Floats:
     """Contact gap of each disc (c,), m: reduced for a robot that starts closer to a wall."""
     out = np.empty(discs.shape[0])

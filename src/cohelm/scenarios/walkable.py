@@ -12,6 +12,7 @@ from numba import njit
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
 from cohelm.errors import ScenarioError
 from cohelm.geometry import resample
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid, distance_field, signed_distance
 
 CELL = 0.15
@@ -92,7 +93,7 @@ def connected_cells(floor: Walkable, point: Floats) -> Integers:
     return cells
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def spread(
     free: Booleans, narrow: Booleans, row: int, col: int, limit: float
 ) -> tuple[Floats, Floats, Integers]:
@@ -158,7 +159,7 @@ def pulled_tight(free: Booleans, cells: Integers) -> Integers:
     return cells[corners]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sees(free: Booleans, a: Integers, b: Integers) -> bool:
     """Check that all cells on the segment between two cells are free."""
     steps = 2 * max(abs(b[0] - a[0]), abs(b[1] - a[1]), 1)

@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import distance_to_polygon, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 from cohelm.simulation.wall_geometry import SurfaceCells, near_cells, to_grid_frame, walls_of
 
@@ -39,7 +40,7 @@ def gap_to_walls(outline: Floats, X_MR: Floats, grid: OccupancyGrid) -> float:
     return gap
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_discs(polygon: Floats, position: Floats, radius: Floats) -> Floats:
     out = np.empty(position.shape[0])
     for i in range(position.shape[0]):
@@ -47,7 +48,7 @@ def _to_discs(polygon: Floats, position: Floats, radius: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _in_grid(points: Floats, cells: SurfaceCells) -> Floats:
     out = np.empty_like(points)
     for k in range(points.shape[0]):
@@ -55,7 +56,7 @@ def _in_grid(points: Floats, cells: SurfaceCells) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_cells(polygon: Floats, solid: Booleans, cells: SurfaceCells) -> float:
     """Gap to the nearest cell; the search radius grows until it certainly contains that cell."""
     # A corner inside an occupied cell may be far from any surface cell.
@@ -78,7 +79,7 @@ def _to_cells(polygon: Floats, solid: Booleans, cells: SurfaceCells) -> float:
         radius *= 2.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _nearest_cell(
     polygon: Floats, cells: Floats, half: float, x: float, y: float, extent: float
 ) -> float:
@@ -106,7 +107,7 @@ def _nearest_cell(
     return gap
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
     """Distance from a polygon to one square cell; ≤ 0 where they overlap."""
     square = np.empty((4, 2))
@@ -126,7 +127,7 @@ def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
     return gap
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _cuts_square(a: Floats, b: Floats, cx: float, cy: float, half: float) -> bool:
     """Check that the segment from ``a`` to ``b`` enters a square (slab test)."""
     low, high = 0.0, 1.0

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, unchecked, value
+from cohelm.kernels import CACHED
 from cohelm.messages import Decision
 from cohelm.robots import Robot, move
 from cohelm.robots.kinematics import slowed
@@ -107,7 +108,7 @@ _STILL = 1e-4
 """Input below which the brakes hold a chair that should stand, m/s or rad/s."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _followed(
     setpoint: Floats, inputs: Floats, target: Floats, low: Floats, high: Floats, share: float
 ) -> tuple[Floats, Floats]:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers, read_only
+from cohelm.kernels import CACHED
 from cohelm.messages import Groups, GroupSpaces, People, Predictions, SocialSpaces
 from cohelm.shapes import RadialShape, support
 
@@ -76,7 +77,7 @@ def _normals(directions: int) -> tuple[Floats, Floats, Floats]:
     return read_only(angle), read_only(np.cos(angle)), read_only(np.sin(angle))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _supports(
     members: _Members, count: int, form: tuple[int, float, float], cos: Floats, sin: Floats
 ) -> Floats:

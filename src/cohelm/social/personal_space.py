@@ -11,6 +11,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, sealed, unchecked
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.messages import Groups, People, Predictions, RiderProfile, SocialSpaces
 from cohelm.shapes import KINDS, PRINTED, gaussian_deviations
 from cohelm.social.group_space import group_spaces
@@ -89,7 +90,7 @@ class _Shapes(NamedTuple):
     rear: Floats
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _shapes(heading: Floats, velocity: Floats, axis_speed: float, symmetric: bool) -> _Shapes:
     """Axes, rad, and deviations of eq. (5), m, (n, h, N+1) each.
 

@@ -20,6 +20,7 @@ from cohelm.control.baselines.tracking import plan_of, touches_wall
 from cohelm.control.trajectories import braking_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -135,7 +136,7 @@ class PotentialField(NamedTuple):
     wall_strength: float
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def descend(
     start: Floats, current_input: Floats, field: PotentialField, steering: Steering
 ) -> tuple[Floats, Floats, Floats, Floats]:
@@ -181,7 +182,7 @@ def descend(
     return poses, inputs, first, target
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def people_force(pose: Floats, field: PotentialField) -> tuple[float, float]:
     """Sum of the repulsion of all people, away from each; map frame."""
     x, y = 0.0, 0.0
@@ -195,7 +196,7 @@ def people_force(pose: Floats, field: PotentialField) -> tuple[float, float]:
     return x, y
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def walls_force(pose: Floats, field: PotentialField) -> tuple[float, float]:
     """Mean over the discs of the walls' repulsion, along the gradient of the distance field."""
     discs, walls = field.discs, field.walls
@@ -211,7 +212,7 @@ def walls_force(pose: Floats, field: PotentialField) -> tuple[float, float]:
     return x, y
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def repulsion(gap: float, limit: float, strength: float) -> float:
     """Khatib's force of an obstacle, η (1/ρ − 1/ρ₀) / ρ² within ρ₀, without unit.
 

@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.baselines.polyline import nearest_on_polyline
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc
@@ -89,7 +90,7 @@ class _Bounds(NamedTuple):
     """Free distance at the start."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def ramp(target: Floats, current_input: Floats, rise: Floats, fall: Floats, inputs: Floats) -> None:
     """Fill ``inputs`` (N, m): from the current input to ``target`` (m,) as fast as limits allow.
 
@@ -104,7 +105,7 @@ def ramp(target: Floats, current_input: Floats, rise: Floats, fall: Floats, inpu
             inputs[k, i] = before
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def drive(start: Floats, inputs: Floats, twists: Floats, step: float, poses: Floats) -> None:
     """Fill ``poses`` (N+1, 3) from inputs (N, m); ``twists`` (m, 3) of the unit inputs.
 
@@ -124,7 +125,7 @@ def drive(start: Floats, inputs: Floats, twists: Floats, step: float, poses: Flo
         poses[k + 1, 2] = poses[k, 2] + step * w
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def velocity_costs(
     targets: Floats, window: DynamicWindow, weights: DwaWeights, last: Floats
 ) -> Floats:
@@ -157,7 +158,7 @@ def velocity_costs(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _bounds(window: DynamicWindow, weights: DwaWeights) -> _Bounds:
     start, walls = window.start, window.walls
     wall_gaps = wall_margins(window.discs, start, walls, weights.wall_margin)
@@ -173,7 +174,7 @@ def _bounds(window: DynamicWindow, weights: DwaWeights) -> _Bounds:
     return _Bounds(wall_gaps, people_gaps, wall_range, people_range, free)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _obstacles(
     poses: Floats, window: DynamicWindow, weights: DwaWeights, bounds: _Bounds
 ) -> tuple[bool, int, float]:
@@ -228,7 +229,7 @@ def _obstacles(
     return safe, first_contact, proximity
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _path_and_goal(
     poses: Floats,
     window: DynamicWindow,

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 _ROUNDING = 1e-9
 """Upper bound of the rounding error of a square, as a share of it."""
@@ -25,7 +26,7 @@ class NearestPoint(NamedTuple):
     y: float
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest_on_polyline(path: Floats, x: float, y: float) -> NearestPoint:
     """The point of a polyline (k, 2) nearest to (x, y)."""
     best, remaining, length_after, near_x, near_y = np.inf, 0.0, 0.0, path[0, 0], path[0, 1]

@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.baselines.steering import wrapped
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.robots.capsule import nearest_on_spine_in_map
 from cohelm.robots.wall_contact import WallGrid, wall_gap
@@ -19,7 +20,7 @@ _UNEVEN = 4.0
 """Cells by which a distance field may decrease more than its argument moves."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def social_cost(
     poses: Floats,
     capsule: Floats,
@@ -60,7 +61,7 @@ def social_cost(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Floats) -> Floats:
     """Speed at which rollouts (r, N+1, 3) pass the people in front of them, rad per step, (r,).
 
@@ -88,7 +89,7 @@ def passing(poses: Floats, positions: Floats, velocities: Floats, weights: Float
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_gaps(poses: Floats, discs: Floats, walls: WallGrid) -> tuple[Floats, float]:
     """(smallest gap to a wall along each rollout (r, N+1, 3), (r,); the gap at the start), m."""
     out = np.full(poses.shape[0], np.inf)
@@ -114,7 +115,7 @@ def wall_gaps(poses: Floats, discs: Floats, walls: WallGrid) -> tuple[Floats, fl
     return out, initial_gap
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest_squared(poses: Floats, path: Floats) -> Floats:
     """Squared distance from the positions of rollouts (r, N+1, 3) to the nearest pose of a path.
 

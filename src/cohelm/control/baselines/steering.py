@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem
+from cohelm.kernels import CACHED
 from cohelm.robots import InputBounds
 
 
@@ -42,13 +43,13 @@ def steering_of(problem: LocalProblem, gain: float, step: float) -> Steering:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wrapped(angle: float) -> float:
     """``angle`` in [−π, π), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def twist_toward(
     heading_error: float, speed: float, steering: Steering
 ) -> tuple[float, float, float]:
@@ -62,7 +63,7 @@ def twist_toward(
     return speed * max(math.cos(heading_error), 0.0), 0.0, steering.gain * heading_error
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def advance(
     pose: Floats, inputs: Floats, twist: tuple[float, float, float], steering: Steering, k: int
 ) -> None:
@@ -90,7 +91,7 @@ def advance(
     pose[2] += step * turn
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def roll_out_directions(
     start: Floats,
     current_input: Floats,

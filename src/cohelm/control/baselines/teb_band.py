@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.control.api import LocalProblem
+from cohelm.kernels import CACHED
 from cohelm.robots.wall_contact import WallGrid
 
 _STALE = 0.5
@@ -170,7 +171,7 @@ def twists(rows: Floats, holonomic: bool) -> Floats:
     return np.column_stack([vx, vy, change[:, 2]])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def resized(band: Floats, wanted: float, tolerance: float) -> Floats:
     """The band with long intervals split and short ones joined."""
     out = np.empty((_ROWS, 4))

@@ -14,6 +14,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.control.baselines.teb_band import BandLimits, BandProblem, BandWeights, resized
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.robots.capsule import nearest_on_spine_in_map
 
@@ -30,7 +31,7 @@ _MIN_GAIN = 1e-3
 """An iteration that gains less than this share of the cost is the last."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def optimise(band: Floats, weights: BandWeights, problem: BandProblem) -> tuple[Floats, float]:
     """(the band at the nearest local optimum, its cost); the first pose of ``band`` (n, 4) stays.
 
@@ -64,7 +65,7 @@ def optimise(band: Floats, weights: BandWeights, problem: BandProblem) -> tuple[
     return band, cost
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _move(band: Floats, step: Floats, out: Floats) -> None:
     """``band`` minus a step (4n,), into ``out``."""
     for k in range(band.shape[0]):
@@ -73,7 +74,7 @@ def _move(band: Floats, step: Floats, out: Floats) -> None:
         out[k, 3] = max(out[k, 3], _MIN_TIME)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _assembled(
     band: Floats,
     matrix: Floats,
@@ -128,7 +129,7 @@ def _assembled(
     return cost
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _smoothness(
     band: Floats, matrix: Floats, right: Floats, weights: BandWeights, problem: BandProblem
 ) -> float:
@@ -163,7 +164,7 @@ def _smoothness(
     return cost
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _add(
     matrix: Floats, right: Floats, first: int, slope: Floats, size: int, residual: float
 ) -> None:
@@ -176,7 +177,7 @@ def _add(
             matrix[first + a, a - b] += slope[a] * slope[b]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _edge(
     rows: Floats,
     k: int,
@@ -213,7 +214,7 @@ def _edge(
     out[10], out[11] = root * (rows[1, 0] - near[0]), root * (rows[1, 1] - near[1])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _limit_speeds(
     velocity: tuple[float, float, float],
     root: float,
@@ -231,7 +232,7 @@ def _limit_speeds(
     out[1] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _limit_accelerations(
     before: tuple[float, float, float],
     after: tuple[float, float, float],
@@ -249,7 +250,7 @@ def _limit_accelerations(
         out[2] = root * _change(before[1], after[1], time, limits)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _reach_goal(
     pose: Floats,
     velocity: tuple[float, float, float],
@@ -270,7 +271,7 @@ def _reach_goal(
         out[3] = math.sqrt(weights.acceleration) * change
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, float]:
     """(v_x, v_y, ω) of the interval that begins at ``rows[k]``, in the frame of its middle."""
     dt = max(rows[k, 3], 1e-3)
@@ -282,20 +283,20 @@ def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, floa
     return (cos * dx + sin * dy) / dt, sideways, turn / dt
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _excess(x: float, low: float, high: float) -> float:
     """Distance of x outside [low, high], with its sign."""
     return max(x - high, 0.0) - max(low - x, 0.0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _change(before: float, after: float, time: float, limits: BandLimits) -> float:
     """Excess of the acceleration over the robot's limits, m/s²."""
     sign = 1.0 if before + after >= 0.0 else -1.0
     return _excess(sign * (after - before) / max(time, 1e-3), -limits.braking, limits.acceleration)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _solved(matrix: Floats, right: Floats, damping: float) -> Floats:
     """(JᵀJ + λ)⁻¹ Jᵀr by a banded Cholesky; the first pose stays where it is."""
     n = matrix.shape[0]

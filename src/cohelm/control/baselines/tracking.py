@@ -36,6 +36,7 @@ from cohelm.control.terms import (
     WallClearance,
 )
 from cohelm.control.trajectories import braking_trajectory
+from cohelm.kernels import CACHED
 from cohelm.messages import LocalPlan, Reason, Status
 from cohelm.robots.wall_contact import WallGrid, wall_gap, wall_grid
 
@@ -169,7 +170,7 @@ def _violation(evaluation: TrajectoryEvaluation) -> float:
     return sum(evaluation.costs[name] for name in TERMS[BODIES:])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_gaps(discs: Floats, poses: Floats, walls: WallGrid) -> Floats:
     """Gap of each disc (c, 3) to the nearest wall along poses (k, 3), (c, k), m."""
     out = np.empty((discs.shape[0], poses.shape[0]))
@@ -179,7 +180,7 @@ def wall_gaps(discs: Floats, poses: Floats, walls: WallGrid) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _tracking(
     start: Floats,
     current_input: Floats,

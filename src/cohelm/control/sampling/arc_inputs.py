@@ -7,10 +7,10 @@ import math
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER
 from cohelm.control.path import SPACING
 from cohelm.control.sampling.arc_table import END_1, END_2, RETURN, SPEED_3
 from cohelm.control.scene import RobotTable, Scene
+from cohelm.kernels import INNER
 
 _LOOKAHEAD = round(1.0 / SPACING)
 """Lookahead of the return to the path: 1 m, in samples."""

@@ -13,6 +13,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
 from cohelm.control.path import SPACING, PathTable
+from cohelm.kernels import CACHED
 
 _NEAR = 3.0
 """A person who is never nearer than this is not passed, m."""
@@ -59,7 +60,7 @@ class CandidateTrajectories:
         )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def passing_sides(poses: Floats, positions: Floats, path: PathTable) -> Integers:
     """(k, 1 + n) as ``CandidateTrajectories.passing_sides``.
 
@@ -73,7 +74,7 @@ def passing_sides(poses: Floats, positions: Floats, path: PathTable) -> Integers
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _side_of_path(poses: Floats, samples: Floats) -> int:
     """Side of the largest lateral distance from the path; 0 if that is small."""
     largest = 0.0
@@ -89,7 +90,7 @@ def _side_of_path(poses: Floats, samples: Floats) -> int:
     return int(math.copysign(1.0, largest)) if abs(largest) > _BESIDE else 0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _turn_of_bearing(poses: Floats, positions: Floats) -> int:
     """Sign of the turn of the bearing from the robot to a person; 0 if nobody is passed."""
     # without square roots first: most people are far away

@@ -13,12 +13,12 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.objective import advanced, begin, final_cost, step_cost
 from cohelm.control.objective_tables import PROGRESS, Objective, Workspace
 from cohelm.control.sampling.arc_inputs import limit_input, request_input
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import Stage
+from cohelm.kernels import INNER, KERNEL
 
 _BLOCKED = 1e4
 """Cost of a wall that cannot be avoided any more: above all others."""

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats, Integers
+from cohelm.arrays import Floats, Integers, read_only
 from cohelm.config import Model
 from cohelm.control.api import Trajectory
 from cohelm.control.objective_tables import workspace
@@ -19,6 +19,7 @@ from cohelm.control.optimal_control import PreparedControl
 from cohelm.control.sampling.arc_table import NO_PERTURBATION, arc_table, perturbations
 from cohelm.control.sampling.candidates import CandidateTrajectories, passing_sides
 from cohelm.control.sampling.search import SearchBudget, evaluate_inputs, search_arcs
+from cohelm.kernels import CACHED
 
 _EXAMINED = 24
 """Arcs among which different homotopy classes are selected."""
@@ -29,7 +30,7 @@ _CLASSES = 4
 _WINDOW = 2.5
 """Candidates that cost more than the best one by this are dropped, s."""
 
-_NO_PERTURBATION = NO_PERTURBATION.copy()
+_NO_PERTURBATION = read_only(NO_PERTURBATION.copy())  # as the rows of the arc table
 
 
 class Sampling(Model):
@@ -101,7 +102,8 @@ def evaluate(prepared: PreparedControl, *inputs: Floats) -> CandidateTrajectorie
     cost, slack = np.empty(count), np.empty(count)
     begin = 0
     for each in inputs:
-        given = np.ascontiguousarray(each[:, : scene.steps], dtype=float)
+        # a copy: read-only inputs would compile the rollout a second time
+        given = np.array(each[:, : scene.steps], dtype=float, order="C")
         rows = slice(begin, begin + len(given))
         evaluate_inputs(
             scene, prepared.objective, given, _NO_PERTURBATION, limited[rows], poses[rows],
@@ -128,7 +130,7 @@ def likeliest(prepared: PreparedControl) -> Floats:
     return np.ascontiguousarray(prepared.scene.people.states[rows, :, :2])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _of_different_classes(sides: Integers, order: Integers, count: int) -> Integers:
     """The first ``count`` of ``order`` with pairwise different rows of ``sides`` (k, 1 + n)."""
     chosen = np.empty(count, np.int64)

@@ -9,11 +9,11 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.control.kernels import KERNEL
 from cohelm.control.objective_tables import Objective, Workspace
 from cohelm.control.sampling.arc_table import NO_PERTURBATION
 from cohelm.control.sampling.rollout import roll_out
 from cohelm.control.scene import Scene
+from cohelm.kernels import KERNEL
 
 _APART = 0.2
 """Arcs are different if their middles or ends are this far apart, m."""
@@ -123,15 +123,15 @@ def _search(
     out: Floats,
 ) -> int:
     """Kernel of :func:`search_arcs`: the number of arcs in ``out``."""
-    num_warm, n, best = min(warm.shape[0], 1), 0, np.inf
+    num_warm, best = min(warm.shape[0], 1), np.inf
     # the last plan, then the table
     if num_warm:
         s.base_steps[0] = warm.shape[0]
         _copy(warm, s.bases[0])
-    for a in range(num_warm + s.table.shape[0]):
-        s.base_of[n], s.row_of[n] = (0, -1) if a < num_warm else (-1, a - num_warm)
-        best = min(best, _try(scene, o, s, n, best + budget.window, work))
-        n += 1
+    n = num_warm + s.table.shape[0]
+    for a in range(n):
+        s.base_of[a], s.row_of[a] = (0, -1) if a < num_warm else (-1, a - num_warm)
+        best = min(best, _try(scene, o, s, a, best + budget.window, work))
     s.base_costs[0] = s.costs[0] if num_warm else np.inf
     # rounds: the best arcs become bases, and every base is perturbed
     filled = 1

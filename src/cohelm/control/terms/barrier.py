@@ -20,8 +20,8 @@ from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
-from cohelm.control.kernels import INNER
 from cohelm.control.scene import Scene
+from cohelm.kernels import CACHED, INNER
 
 REACH = 1.0
 """h saturates here, m."""
@@ -95,7 +95,7 @@ class BarrierTable(NamedTuple):
     """Of the distance: 2, 1, or 0 for the largest component."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _binding(weight: Floats, person: Integers, count: int, min_probability: float) -> Booleans:
     """Mask (P,) of the most likely hypothesis of each person, and of all above a probability."""
     likeliest = np.full(count, -1)

@@ -7,9 +7,9 @@ import math
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.people_table import AHEAD, ASIDE, AXIS_X, AXIS_Y, BEHIND, PeopleTable
 from cohelm.control.terms.stage import Encounter, Stage
+from cohelm.kernels import INNER, KERNEL
 from cohelm.robots.capsule import nearest_on_spine
 
 _STEEPEST = 2.0

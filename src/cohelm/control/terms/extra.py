@@ -31,9 +31,9 @@ from numba.extending import intrinsic
 
 from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
-from cohelm.control.kernels import KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
+from cohelm.kernels import KERNEL
 
 TIME, X, Y, HEADING, SPEED, TURN, S, D, TANGENT = range(9)
 """Entries of ``z``: time ahead, s; pose in the map frame; speed, m/s; turn rate, rad/s; arc length

@@ -9,10 +9,10 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.path import SPACING, PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_curvature, add_slope
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "final_heading"
 _AIM = round(2.0 / SPACING)

@@ -11,9 +11,9 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.scene import GroupTable, Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "group_space"
 _ROUNDING = 1e-9

@@ -9,9 +9,9 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "input_change"
 

@@ -12,8 +12,8 @@ import math
 
 from numba import njit
 
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.terms.stage import Encounter
+from cohelm.kernels import INNER, KERNEL
 
 
 @njit(**INNER)

@@ -8,10 +8,10 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.scene import Scene
 from cohelm.control.terms.encounter import gap_gradient
 from cohelm.control.terms.stage import Encounter, LocalModel, add_square
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "person_clearance"
 STANDS = 0.2

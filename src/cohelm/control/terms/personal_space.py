@@ -9,11 +9,11 @@ from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.people_table import PeopleTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.encounter import extent_gradients, gap_gradient, person_extent
 from cohelm.control.terms.stage import Encounter, LocalModel, add_square
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "personal_space"
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.control.kernels import INNER
+from cohelm.kernels import INNER
 
 
 class Stage(NamedTuple):

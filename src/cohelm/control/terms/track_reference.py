@@ -8,10 +8,10 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.path import PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
+from cohelm.kernels import INNER, KERNEL
 
 NAME = "track_reference"
 

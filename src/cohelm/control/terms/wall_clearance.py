@@ -9,9 +9,9 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
-from cohelm.control.kernels import INNER, KERNEL
 from cohelm.control.scene import RobotTable, Scene, WallTable
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
+from cohelm.kernels import INNER, KERNEL
 from cohelm.maps.distance import sample
 
 NAME = "wall_clearance"

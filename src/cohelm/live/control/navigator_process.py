@@ -245,11 +245,13 @@ def warm_up(ride_setup: RideSetup) -> Iterator[str]:
 def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:
     request = replace(ride_setup.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
     no_goal = np.full(2, np.nan)
+    # first what needs no local planner, which another process may still compile
+    yield _WarmUpCase(Mode.MANUAL.value, replace(request, goal=no_goal, mode=Mode.MANUAL))
     yield _WarmUpCase("route", request)
     yield _WarmUpCase("stick", request, (0.5, 0.3))
     for wish in warm_up_wishes(ride_setup):
         yield _WarmUpCase(wish.kind, replace(request, wishes=(wish,)))
     yield _WarmUpCase("autonomous", replace(request, mode=Mode.AUTONOMOUS))
     yield _WarmUpCase("standing", replace(request, speed_limit=0.0))
-    for mode in (Mode.ASSISTED, Mode.STOP_ONLY, Mode.MANUAL):
+    for mode in (Mode.ASSISTED, Mode.STOP_ONLY):
         yield _WarmUpCase(mode.value, replace(request, goal=no_goal, mode=mode), (0.4, -0.3))

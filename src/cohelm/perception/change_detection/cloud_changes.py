@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, read_only
+from cohelm.kernels import CACHED
 from cohelm.messages import Scan
 from cohelm.perception.api import ColumnHeights, Detections
 from cohelm.perception.change_detection.past_scans import (
@@ -94,7 +95,7 @@ def _virtual_scan(found: Detections, heights: ColumnHeights) -> Scan:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ranges(upright: Floats, floor: Floats) -> Floats:
     """Nearest column in each direction, else the farthest floor, else ``_NO_VIEW``; m.
 
@@ -118,7 +119,7 @@ def _ranges(upright: Floats, floor: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _beam_index(x: float, y: float) -> int:
     """Index of the beam nearest to a direction."""
     return math.floor((math.atan2(y, x) + math.pi) * _BEAMS / (2.0 * math.pi) + 0.5) % _BEAMS

@@ -13,6 +13,7 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Floats, Shape, SignedBytes, value
 from cohelm.config import Model
 from cohelm.geometry import compose
+from cohelm.kernels import CACHED
 from cohelm.messages import Scan
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 
@@ -135,7 +136,7 @@ def past_beams(past: PastScan) -> PastBeams:
     return PastBeams(scan.ranges, first, step, reach, past.X_MS)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def compare_places(
     points: Floats, width: Floats, beams: PastBeams, margin: tuple[float, float]
 ) -> SignedBytes:

@@ -17,6 +17,7 @@ from numba import njit
 from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import number_record
 from cohelm.geometry import wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.perception.api import Detections
 from cohelm.perception.change_detection.past_scans import (
     ChangeDetectionParameters,
@@ -131,7 +132,7 @@ def _arrival_log_odds(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _look_back(
     points: Floats,
     width: Floats,

@@ -12,6 +12,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.geometry import transform
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.messages import PointCloud
 from cohelm.perception.api import ColumnHeights, Detections
@@ -257,7 +258,7 @@ def _column_heights(cloud: MergedCloud, columns: Columns, ground: Booleans) -> C
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def free_ends(points: Floats, ground: Booleans, columns: Floats) -> Floats:
     """Farthest ground in each direction without a column, (k, 2), m.
 
@@ -288,6 +289,6 @@ def free_ends(points: Floats, ground: Booleans, columns: Floats) -> Floats:
     return out[:count]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _direction(x: float, y: float) -> int:
     return int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * DIRECTIONS) % DIRECTIONS

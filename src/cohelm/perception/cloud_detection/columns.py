@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers
+from cohelm.kernels import CACHED
 
 LAYER = 0.1
 """Height of the slices whose occupancy a column stores, m."""
@@ -52,7 +53,7 @@ class HeightLimits(NamedTuple):
     top: float
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def build_columns(
     points: Floats,
     heights: Floats,
@@ -98,7 +99,7 @@ def build_columns(
     return Columns(centre, count, lowest, highest, layers, by_first)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _number_columns(
     points: Floats, heights: Floats, limits: HeightLimits, side: float, reach: float
 ) -> tuple[int, Integers, NDArray[np.int32]]:
@@ -128,7 +129,7 @@ def _number_columns(
     return q, cell, column
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def floor_places(
     points: Floats, ground: Booleans, parts: Integers, side: float
 ) -> tuple[Floats32, Bytes]:
@@ -173,7 +174,7 @@ class _Squares(NamedTuple):
     """Squares in a row of the grid."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def touching_share(
     centre: Floats, labels: Integers, counted: Booleans, near: float, segments: int
 ) -> Floats:
@@ -209,7 +210,7 @@ def touching_share(
     return met / np.maximum(size, 1.0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _touches_other(
     centre: Floats, labels: Integers, squares: _Squares, i: int, square: int, near: float
 ) -> bool:
@@ -225,7 +226,7 @@ def _touches_other(
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def assign_low_columns(
     centre: Floats, labels: Integers, low: Floats, clusters: Integers, near: float, count: int
 ) -> Integers:
@@ -266,7 +267,7 @@ def assign_low_columns(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _boxes(points: Floats, labels: Integers, count: int) -> Floats:
     """Bounding boxes (count, 4) of (min x, min y, max x, max y) of labelled points."""
     box = np.empty((count, 4))

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
+from cohelm.kernels import CACHED
 
 SECTORS = 120
 """Sectors of a full turn (3° each)."""
@@ -27,7 +28,7 @@ _GROUND, _BETWEEN, _GUESSED = 2, 1, 0
 """Source of a cell's height: its returns, its neighbours on both sides, or the previous ring."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def ground_heights(points: Floats, slope: float, tolerance: float, reach: float) -> Floats:
     """Compute the height of each point (p,) above the ground below it, m.
 
@@ -53,7 +54,7 @@ def ground_heights(points: Floats, slope: float, tolerance: float, reach: float)
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sorted(
     points: Floats, distance: Floats, sector: Floats, rings: int, slope: float, tolerance: float
 ) -> tuple[Integers, Integers, Integers]:
@@ -83,7 +84,7 @@ def _sorted(
     return first, order, tall
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ground_level(
     points: Floats,
     distance: Floats,
@@ -121,7 +122,7 @@ def _ground_level(
     return level
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _lowest(
     points: Floats, distance: Floats, members: Integers, level: float, reachable: float
 ) -> tuple[float, float]:
@@ -142,7 +143,7 @@ def _lowest(
     return z_sum / count, r_sum / count
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _drop_raised(z: Floats, distance: float, slope: float, tolerance: float) -> None:
     """Set cells to NaN, in place, if two neighbours on the ring lie too far below."""
     arc = distance * 2.0 * math.pi / SECTORS
@@ -158,7 +159,7 @@ def _drop_raised(z: Floats, distance: float, slope: float, tolerance: float) -> 
             z[k] = np.nan
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _fill_ring(
     z: Floats,
     middle: float,
@@ -195,7 +196,7 @@ def _fill_ring(
         last_z[k], last_r[k] = level[k], middle - min(left, right) * arc
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
     """Interpolate heights to the middle of their rings along each sector, in place."""
     rings = level.shape[0]
@@ -219,7 +220,7 @@ def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
                 level[j, k] = z[i]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _interpolated(level: Floats, distance: float, sector: float) -> float:
     """Height of the ground at a point, bilinear between the middles of the cells."""
     u = max(distance / RING_WIDTH - 0.5, 0.0)

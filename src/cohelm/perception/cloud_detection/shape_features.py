@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.perception.cloud_detection.columns import LAYER, LAYERS, Columns
 from cohelm.perception.cloud_detection.segmentation import occluded_ends
 from cohelm.perception.preprocessing.merged_cloud import MergedCloud
@@ -62,7 +63,7 @@ class ShapeFeatures(NamedTuple):
     """Number of occluded ends."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def shape_features(
     columns: Columns, labels: Integers, line: Floats, gaps: tuple[float, float]
 ) -> ShapeFeatures:
@@ -119,7 +120,7 @@ def shape_features(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _no_features(s: int) -> ShapeFeatures:
     """Zeros for ``s`` segments."""
     return ShapeFeatures(
@@ -138,7 +139,7 @@ def _no_features(s: int) -> ShapeFeatures:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _body_centre(
     across: Floats, along: Floats, torso: Booleans, head: Booleans, top: float, gap: float
 ) -> tuple[float, float, float]:
@@ -160,7 +161,7 @@ def _body_centre(
     return side, behind, max(half, deep)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _bits(low: float, high: float) -> int:
     """Bits of the layers between two heights."""
     bits = 0
@@ -169,7 +170,7 @@ def _bits(low: float, high: float) -> int:
     return bits
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _last_layer(layers: int, gap: float) -> int:
     """Topmost layer connected to the lowest by gaps of at most 1.5 ring gaps plus 0.2 m."""
     last, most = -1, 2 + math.ceil(1.5 * gap / LAYER)
@@ -179,7 +180,7 @@ def _last_layer(layers: int, gap: float) -> int:
     return last
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _filled(layers: int, bottom: float, top: float) -> float:
     """Share of the layers between two heights that are occupied."""
     low, high = max(int(bottom / LAYER), 0), min(max(int(top / LAYER), 0), LAYERS - 1)

@@ -15,6 +15,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 CLUTTER_SCALE = 4.0
 """Deviation of clutter from a disc, in σ."""
@@ -48,7 +49,7 @@ class DiscFit(NamedTuple):
     """Standard deviation of the centre along its worse axis, m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def fit_disc(points: Floats, origin: Floats, prior: DiscPrior) -> DiscFit:
     """Fit a disc behind the returns (m, 2), m ≥ 1, seen from a sensor at ``origin`` (2,), m.
 
@@ -100,19 +101,19 @@ def fit_disc(points: Floats, origin: Floats, prior: DiscPrior) -> DiscFit:
     return DiscFit(x, y, r, misfit, 1.0 / math.sqrt(weaker))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def disc_evidence(misfit: float, count: int) -> float:
     """−2 log-evidence of a disc with this misfit: a free centre, and a radius with a prior."""
     return misfit + 2.0 * math.log(count)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def clutter_evidence(misfit: float, count: int) -> float:
     """−2 log-evidence of points about a disc with a deviation of ``CLUTTER_SCALE``·σ."""
     return misfit / CLUTTER_SCALE**2 + 2.0 * count * math.log(CLUTTER_SCALE) + 2.0 * math.log(count)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def flat_evidence(points: Floats, noise: float) -> float:
     """−2 log-evidence of the better of a flat face and a convex right-angled corner.
 
@@ -140,7 +141,7 @@ def flat_evidence(points: Floats, noise: float) -> float:
     return best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _line(sums: Floats, start: int, stop: int) -> tuple[float, float]:
     """Fit a line to a run of points: (sum of squared distances, its direction)."""
     n = stop - start
@@ -153,7 +154,7 @@ def _line(sums: Floats, start: int, stop: int) -> tuple[float, float]:
     return max(least, 0.0), 0.5 * math.atan2(2.0 * xy, xx - yy)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def split_discs(points: Floats, origin: Floats, prior: DiscPrior) -> int:
     """Index at which two touching bodies in one run are split; 0 if one shape explains it as well.
 

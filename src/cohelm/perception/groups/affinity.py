@@ -10,6 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, replace, sealed, value
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.messages import Groups, People
 from cohelm.perception.groups.agglomerative_clustering import cluster_people, inherit_ids
 from cohelm.perception.groups.pair_evidence import (
@@ -184,7 +185,7 @@ class _Update(NamedTuple):
     member: Integers
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _regroup(
     people: _People,
     past: _Past,
@@ -241,7 +242,7 @@ def _regroup(
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _matched_rows(ids: Integers, known: Integers) -> tuple[Integers, Integers]:
     """(index in ``ids`` (n,) by growing id, row of each of these in ``known``, which grow)."""
     who, row = np.empty(len(ids), dtype=np.int64), np.empty(len(ids), dtype=np.int64)
@@ -254,7 +255,7 @@ def _matched_rows(ids: Integers, known: Integers) -> tuple[Integers, Integers]:
     return who, row
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _waits(group: int, groups: Integers, here: Integers) -> bool:
     """Check that a former member of ``group`` is out of view, so that the group may still exist.
 
@@ -272,7 +273,7 @@ def _waits(group: int, groups: Integers, here: Integers) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _members(group: Integers, who: Integers) -> tuple[Integers, Integers]:
     """(ids of the groups (g,), growing; index of each person's group (n,), −1: alone).
 

@@ -6,9 +6,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def cluster_people(evidence: Floats, linkage: float) -> Integers:
     """Cluster n people; the label (n,) of a cluster is the index of its first member.
 
@@ -50,7 +51,7 @@ def cluster_people(evidence: Floats, linkage: float) -> Integers:
         alive[b] = False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def inherit_ids(label: Integers, before: Integers, next_id: int) -> tuple[Integers, int]:
     """(id of each person's group (n,), −1: alone; the next unused id).
 
@@ -87,7 +88,7 @@ def inherit_ids(label: Integers, before: Integers, next_id: int) -> tuple[Intege
     return group, next_id
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _strongest(label: Integers, before: Integers, open_claim: Booleans) -> tuple[int, int]:
     """(cluster, id) that share the most people; the oldest id among equals, −1 without a claim."""
     most, heir, kept = 0, -1, -1

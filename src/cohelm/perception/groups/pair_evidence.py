@@ -8,6 +8,7 @@ from typing import NamedTuple
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
 class PairEvidenceParameters(NamedTuple):
@@ -46,7 +47,7 @@ class PairEvidence(NamedTuple):
     """(n, n) weight of that mean, 0…1; 0: never observed together."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_pair_evidence(
     state: Floats,
     variance: Floats,
@@ -102,7 +103,7 @@ def update_pair_evidence(
     return PairEvidence(L, D, W)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def walking_evidence(
     one: Floats, other: Floats, relative_speed_sq: float, speed: float, w: PairEvidenceParameters
 ) -> float:
@@ -135,7 +136,7 @@ def walking_evidence(
     return total
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def standing_evidence(
     one: Floats, other: Floats, facing: float, other_facing: float, w: PairEvidenceParameters
 ) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.kernels import CACHED
 from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 
 CELL = 0.25
@@ -72,7 +73,7 @@ def has_neighbour(known: FeatureMap, features: ScanFeatures, distance: float) ->
     return _has_neighbour(known.cells, features.rows, distance)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _has_neighbour(cells: Cells, rows: Floats, distance: float) -> Booleans:
     out = np.empty(rows.shape[0], dtype=np.bool_)
     place = np.empty(4)
@@ -82,7 +83,7 @@ def _has_neighbour(cells: Cells, rows: Floats, distance: float) -> Booleans:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest(cells: Cells, place: Floats, radius: float) -> int:
     """Index of the nearest feature of the same kind within a radius of (x, y, n_x, n_y), or −1."""
     known, origin, n_cols, cell_start = cells

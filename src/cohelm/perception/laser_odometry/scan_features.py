@@ -12,6 +12,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.geometry import transform
+from cohelm.kernels import CACHED
 from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.perception.preprocessing.merged_cloud import merge_clouds
 from cohelm.perception.preprocessing.scan_returns import scan_returns
@@ -91,7 +92,7 @@ def features_of_cloud(cloud: PointCloud) -> ScanFeatures:
     return ScanFeatures(points=points, normals=normals).transformed(seen.X_MS)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def nearest_upright_cells(points: Floats) -> Floats:
     """Find the nearest cell with an upright object in each azimuth; mean of its points, (q, 2).
 
@@ -124,7 +125,7 @@ def nearest_upright_cells(points: Floats) -> Floats:
     return out[:q]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Floats]:
     """Extract points (k, 2) and normals (k, 2) from the runs between jumps of depth.
 
@@ -168,12 +169,12 @@ def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Flo
     return out[:k, :2], out[:k, 2:]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distance(points: Floats, i: int, j: int) -> float:
     return math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _face(
     points: Floats, origin: Floats, spacing: Floats, run: tuple[int, int], out: Floats, k: int
 ) -> int:

@@ -15,6 +15,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import compose, wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.perception.laser_odometry.local_map import CELL, Cells, FeatureMap, nearest
 from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 from cohelm.planar_fit import add_row, newton_step
@@ -96,7 +97,7 @@ def search_pose(
     return pose
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
     """(pose (3,), constrained directions) by reweighted least squares, Geman-McClure weights."""
     known, pose = cells.known, guess.copy()
@@ -138,7 +139,7 @@ def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
     return pose, constrained
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _hold_unconstrained(H: Floats, g: Floats, pose: Floats, guess: Floats, support: float) -> int:
     """Fix directions with too little support to the guess; return the number of the others."""
     half = math.hypot(0.5 * (H[0, 0] - H[1, 1]), H[0, 1])
@@ -162,7 +163,7 @@ def _hold_unconstrained(H: Floats, g: Floats, pose: Floats, guess: Floats, suppo
     return constrained
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _misfits(cells: Cells, seen: Floats, pose: Floats, noise: float) -> Floats:
     """(k,) squared distances to the nearest face or point feature, in ``noise``, up to ``CAP``."""
     known, out = cells.known, np.full(seen.shape[0], CAP)
@@ -184,7 +185,7 @@ def _misfits(cells: Cells, seen: Floats, pose: Floats, noise: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _search(
     occupied: Booleans, origin: Floats, points: Floats, guess: Floats, limits: tuple[float, float]
 ) -> Floats:

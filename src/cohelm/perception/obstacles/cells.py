@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
+from cohelm.kernels import CACHED
 
 
 class EvidenceAmounts(NamedTuple):
@@ -20,7 +21,7 @@ class EvidenceAmounts(NamedTuple):
     """Upper bound of the evidence of a cell."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def find_unexplained_returns(
     points: Floats,
     mapped: Booleans,
@@ -54,7 +55,7 @@ def find_unexplained_returns(
     return unexplained
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def mark_and_clear(
     evidence: SignedBytes,
     origin: Floats,
@@ -95,7 +96,7 @@ def mark_and_clear(
                 evidence[r, c] = max(evidence[r, c] - miss, 0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def is_empty(cells: Bytes) -> bool:
     """Check that all cells are 0, the usual case; eight cells are compared at once."""
     flat = cells.reshape(-1)
@@ -106,7 +107,7 @@ def is_empty(cells: Bytes) -> bool:
     return not flat[8 * words :].any()
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def beam_buffers(origin: Floats, ends: Floats) -> tuple[Integers, Floats]:
     """Empty buffers for the cells on the longest beam from ``origin`` to one of ``ends``."""
     most = 0.0
@@ -116,7 +117,7 @@ def beam_buffers(origin: Floats, ends: Floats) -> tuple[Integers, Floats]:
     return np.empty((size, 2), dtype=np.int64), np.empty(size)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def crossed_cells(origin: Floats, end: Floats, margin: float, cells: Integers, at: Floats) -> int:
     """Find the cells that a beam crosses (Amanatides and Woo 1987); return their number.
 
@@ -150,7 +151,7 @@ def crossed_cells(origin: Floats, end: Floats, margin: float, cells: Integers, a
     return count
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def clear_people(evidence: SignedBytes, bodies: Floats, resolution: float) -> None:
     """Clear the cells of people (n, 3) of (column, row, radius in m)."""
     rows, cols = evidence.shape
@@ -162,7 +163,7 @@ def clear_people(evidence: SignedBytes, bodies: Floats, resolution: float) -> No
                     evidence[r, c] = 0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_occupied(evidence: SignedBytes, occupied: Bytes, occupied_from: int) -> bool:
     """Update ``occupied`` from ``evidence`` in place; return True if a cell changed.
 

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers, SignedBytes
+from cohelm.kernels import CACHED
 from cohelm.perception.api import ColumnHeights
 from cohelm.perception.cloud_detection.columns import LAYER, LAYERS
 from cohelm.perception.obstacles.cells import beam_buffers, crossed_cells
@@ -86,7 +87,7 @@ def add_cloud_evidence(
     clear_to_floor(cells, beams.sensors, beams.floor, heights.floor_sensor, rules)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def mark_spans(cells: SpatialCells, ends: Floats, heights: Floats, rules: SpatialRules) -> None:
     """Add evidence for unexplained columns, and widen the spans of their cells.
 
@@ -112,7 +113,7 @@ def mark_spans(cells: SpatialCells, ends: Floats, heights: Floats, rules: Spatia
             evidence[r, c] = min(evidence[r, c] + rules.hit, rules.max_evidence)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def clear_to_columns(
     cells: SpatialCells, sensor: Floats, columns: Floats, layers: Integers, rules: SpatialRules
 ) -> None:
@@ -128,7 +129,7 @@ def clear_to_columns(
             _clear(cells, crossed[:count], at, _Beam(sensor[2], length, layers[i]), rules)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def clear_to_floor(
     cells: SpatialCells, sensors: Floats, floor: Floats, floor_sensor: Bytes, rules: SpatialRules
 ) -> None:
@@ -142,7 +143,7 @@ def clear_to_floor(
                 _clear(cells, crossed[:count], at, _Beam(sensors[s, 2], length, 0), rules)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _clear(
     cells: SpatialCells, crossed: Integers, at: Floats, beam: _Beam, rules: SpatialRules
 ) -> None:
@@ -162,7 +163,7 @@ def _clear(
                 evidence[r, c] = max(evidence[r, c] - rules.miss, 0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _passes(beam: _Beam, share: float, low: float, high: float) -> bool:
     """Check that one of the beams is between two heights after a share of its length."""
     falls = beam.height * (1.0 - share)

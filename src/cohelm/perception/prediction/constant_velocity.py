@@ -12,6 +12,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, read_only, sealed
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.messages import People, Predictions
 from cohelm.perception.tracking.kalman import larger_axis
 
@@ -77,7 +78,7 @@ def _horizon(steps: int, step: float, process_noise: float) -> tuple[Floats, Flo
     return read_only(t), read_only(process_noise * t**3 / 3.0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _predicted(
     mean: Floats,
     covariance: Floats,

@@ -29,6 +29,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.kernels import CACHED
 
 _MIN_WEIGHT = 1e-6
 """Lower bound of a model's probability, before normalisation: an excluded model never returns."""
@@ -111,7 +112,7 @@ class Horizon(NamedTuple):
     """(n, h, K) m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def transition_coefficients(
     t: float, tau: float, q: float
 ) -> tuple[float, float, float, float, float]:
@@ -127,7 +128,7 @@ def transition_coefficients(
     return a, g, q * tau * tau * (t - 2.0 * g + half), 0.5 * q * g * g, q * half
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_models(
     dt: Floats, position: Floats, variance: Floats, states: FilterStates, bank: ModelBank
 ) -> None:
@@ -183,7 +184,7 @@ def update_models(
                 u[1] += w[m] * gain * (x[m, 3] - before_y)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
     """Eq. (2) for one person: states (m, 4) and (m, 3), probabilities (m,); in place.
 
@@ -213,7 +214,7 @@ def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
             x[m, k] = mean[k] + s * (x[m, k] - mean[k])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _add(total: Floats, C: Floats, x: Floats, mean: Floats, share: float, apart: float) -> None:
     """Add a share of (P_pp, P_pv, P_vv), and ``apart`` of it times the spread of x about a mean.
 
@@ -228,7 +229,7 @@ def _add(total: Floats, C: Floats, x: Floats, mean: Floats, share: float, apart:
         total[2] += 0.5 * share * apart * v * v
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def predict_hypotheses(
     states: FilterStates, bank: ModelBank, since: Floats, times: Floats
 ) -> Horizon:
@@ -285,7 +286,7 @@ def predict_hypotheses(
     return Horizon(weight, displacement, velocity, deviation)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _responses(bank: ModelBank, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Response (m, K) of each model to its initial state, which is the same for all people.
 

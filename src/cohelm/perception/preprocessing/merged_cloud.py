@@ -11,6 +11,7 @@ from numba import njit
 from cohelm.array_kernels import stable_order
 from cohelm.arrays import Floats, Floats32, Integers
 from cohelm.geometry import compose, inverse
+from cohelm.kernels import CACHED
 from cohelm.messages import PointCloud
 
 MIN_RANGE = 0.05
@@ -146,7 +147,7 @@ def _placed(X_SR: Floats, mount: Floats) -> tuple[Floats, Floats]:
     return rotation, np.array([at[0], at[1], height])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _transformed(
     points: Floats32, rotation: Floats, position: Floats, reach: float, range_max: float
 ) -> tuple[Floats, Floats]:
@@ -182,7 +183,7 @@ def _transformed(
     return out[:count], np.array([lowest, highest])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _angle_steps(points: Floats32) -> Floats:
     """Angles between neighbouring azimuths and elevations, (2,) rad.
 
@@ -212,7 +213,7 @@ def _angle_steps(points: Floats32) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _floor(points: Floats, reach: float) -> float:
     """Height of the floor relative to the sensor, m.
 

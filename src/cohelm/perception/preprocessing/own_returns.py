@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, replace, value
 from cohelm.geometry import inside_polygon, wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.messages import Scan
 
 NEAREST = 0.15
@@ -114,7 +115,7 @@ def _inside(
     return own
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ends(
     ranges: Floats, near: Integers, mount: Floats, angle_min: float, increment: float
 ) -> Floats:

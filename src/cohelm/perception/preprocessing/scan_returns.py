@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, sealed, value
 from cohelm.geometry import compose
+from cohelm.kernels import CACHED
 from cohelm.messages import Scan
 
 
@@ -59,7 +60,7 @@ class _Ends(NamedTuple):
     free_ends: Floats
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ends(
     ranges: Floats, X_MS: Floats, angle_min: float, increment: float, range_max: float
 ) -> _Ends:

@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.perception.clustering.shape_fits import (
     DiscPrior,
     clutter_evidence,
@@ -87,7 +88,7 @@ class _Run(NamedTuple):
     """True if something nearer hides an end, so that the width is unbounded."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def find_bodies(
     beams: Beams, sizes: BodySizes, prior: DiscPrior, legs: LegModel
 ) -> tuple[Integers, BodyCandidates]:
@@ -150,7 +151,7 @@ def find_bodies(
     return body_of_return, join(first_rows(bodies, count), on_legs)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _store_leg(
     single: SingleLegs, k: int, beams: Beams, index: Integers, body: Body, log_odds: float
 ) -> None:
@@ -166,7 +167,7 @@ def _store_leg(
     single.leg_of_return[index] = k
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _classify(
     run: _Run, sizes: BodySizes, prior: DiscPrior, legs: LegModel
 ) -> tuple[bool, Body, float]:
@@ -196,12 +197,12 @@ def _classify(
     return False, body, one
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _with_log_odds(body: Body, log_odds: float) -> Body:
     return Body(body.x, body.y, body.radius, body.deviation, log_odds, body.mean_x, body.mean_y)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _disc_body(run: _Run, prior: DiscPrior) -> tuple[Body, float]:
     """(body for the disc behind a run, log-odds of a flat face or a corner).
 
@@ -226,7 +227,7 @@ def _disc_body(run: _Run, prior: DiscPrior) -> tuple[Body, float]:
     return Body(fit.x, fit.y, fit.radius, fit.deviation, odds, mx, my), flatness
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _in_beam_order(beams: Beams, cluster: int) -> Integers:
     """Members of a cluster; across the scan's seam, the later part comes first."""
     members = np.flatnonzero(beams.cluster == cluster)
@@ -238,7 +239,7 @@ def _in_beam_order(beams: Beams, cluster: int) -> Integers:
     return np.concatenate((members[at:], members[:at]))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _run(beams: Beams, index: Integers) -> _Run:
     """The run of some returns; its width is the largest distance of a point from either end."""
     points, origin = beams.points[index], beams.origin

@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
 class Body(NamedTuple):
@@ -44,13 +45,13 @@ class BodyCandidates(NamedTuple):
     """(d, 2) m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def empty_candidates(d: int) -> BodyCandidates:
     """Uninitialised rows for ``d`` candidates."""
     return BodyCandidates(np.empty((d, 2)), np.empty(d), np.empty(d), np.empty(d), np.empty((d, 2)))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def store(rows: BodyCandidates, k: int, body: Body) -> None:
     """Write a body into row ``k``, in place."""
     rows.disc_centre[k, 0], rows.disc_centre[k, 1] = body.x, body.y
@@ -59,7 +60,7 @@ def store(rows: BodyCandidates, k: int, body: Body) -> None:
     rows.mean[k, 0], rows.mean[k, 1] = body.mean_x, body.mean_y
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def first_rows(rows: BodyCandidates, count: int) -> BodyCandidates:
     """View of the first ``count`` rows."""
     return BodyCandidates(
@@ -71,7 +72,7 @@ def first_rows(rows: BodyCandidates, count: int) -> BodyCandidates:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def join(a: BodyCandidates, b: BodyCandidates) -> BodyCandidates:
     """Rows of ``a``, then those of ``b``."""
     return BodyCandidates(

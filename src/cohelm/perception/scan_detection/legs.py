@@ -16,6 +16,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.perception.scan_detection.body_candidates import (
     Body,
     BodyCandidates,
@@ -71,7 +72,7 @@ class SingleLegs(NamedTuple):
     """(p,) leg of each return, −1: none."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def width_log_odds(width: float, blur: float, mean: float, deviation: float) -> float:
     """Log-likelihood ratio of an object of known size to clutter for an observed width.
 
@@ -88,7 +89,7 @@ def width_log_odds(width: float, blur: float, mean: float, deviation: float) -> 
     return math.log(peak) - 0.5 * off * off
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def occluded_width_log_odds(
     width: float, gap: float, occluded: bool, mean: float, deviation: float
 ) -> float:
@@ -99,7 +100,7 @@ def occluded_width_log_odds(
     return width_log_odds(seen, gap, mean, deviation)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def stride_log_odds(distance: float, stride: float) -> float:
     """Log-likelihood ratio of two legs to two unrelated objects at a distance, m.
 
@@ -110,7 +111,7 @@ def stride_log_odds(distance: float, stride: float) -> float:
     return math.log(0.5 * (stride / mode) ** 2) - 0.5 * (distance / mode) ** 2
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pair_legs(
     centre: Floats, log_odds: Floats, stride: float, single_log_odds: float
 ) -> tuple[Integers, Floats]:
@@ -157,7 +158,7 @@ def pair_legs(
     return legs[:count], np.minimum(np.maximum(total[:count], MIN_LOG_ODDS), MAX_LOG_ODDS)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pair_legs_into_people(
     points: Floats, found: SingleLegs, radius: float, model: LegModel
 ) -> tuple[Integers, BodyCandidates]:
@@ -203,13 +204,13 @@ def pair_legs_into_people(
     return person, first_rows(bodies, count)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def body_on_legs(x: float, y: float, radius: float, deviation: float, log_odds: float) -> Body:
     """Body about the middle (x, y) of legs."""
     return Body(x, y, radius, deviation, log_odds, x, y)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_visible(found: SingleLegs, leg: int, other: int) -> bool:
     """Check that nothing occludes an end of a leg except, perhaps, the ``other`` leg."""
     first, last = found.occluder[leg]
@@ -217,7 +218,7 @@ def _is_visible(found: SingleLegs, leg: int, other: int) -> bool:
     return bool((first == -1 or leg_of[first] == other) and (last == -1 or leg_of[last] == other))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_isolated(
     points: Floats, leg_of: Integers, pair: Integers, x: float, y: float, radius: float
 ) -> bool:

@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers, read_only
+from cohelm.kernels import CACHED
 
 DEPTH = 3
 """Depth of every tree."""
@@ -54,7 +55,7 @@ def shipped_classifier() -> TreeEnsemble:
         )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def person_log_odds(features: Floats, trees: TreeEnsemble) -> Floats:
     """ln(p / (1 − p)) of a person for candidates with features (d, f); (d,)."""
     out = np.full(len(features), trees.offset)

@@ -12,6 +12,7 @@ from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.messages import Scan
 from cohelm.perception.api import Detections
@@ -196,7 +197,7 @@ def _on_legs(bodies: BodyCandidates) -> Booleans:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _of_wider(cluster: Integers, body: Integers, log_odds: Floats) -> Booleans:
     """Mask (d,) of candidates whose cluster has more returns, but of no other clear person.
 
@@ -226,7 +227,7 @@ def _of_wider(cluster: Integers, body: Integers, log_odds: Floats) -> Booleans:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _occluded(distance: Floats, bearing: Floats, increment: float, step: float) -> Integers:
     """(p, 2): 1 where the return before (after) each, a beam or two away, is nearer by ``step``.
 

@@ -6,13 +6,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 
 NO_MATCH = -1
 FORBIDDEN = 1e9
 """Cost from which a pair is not made."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def assign(cost: Floats) -> Integers:
     """Column (n,) of each row of ``cost`` (n, d), or ``NO_MATCH``.
 
@@ -34,7 +35,7 @@ def assign(cost: Floats) -> Integers:
     return column
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _shortest_paths(cost: Floats) -> Integers:
     """Column (n,) of each row of ``cost`` (n, d), n ≤ d, by shortest augmenting paths.
 
@@ -81,7 +82,7 @@ def _shortest_paths(cost: Floats) -> Integers:
     return column
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _update_duals(
     u: Floats,
     v: Floats,

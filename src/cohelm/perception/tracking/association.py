@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.perception.tracking.assignment import FORBIDDEN, NO_MATCH, assign
 from cohelm.perception.tracking.kalman import innovations
 
@@ -54,7 +55,7 @@ class Measurements(NamedTuple):
     """(k,) m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def associate(
     mean: Floats,
     covariance: Floats,
@@ -118,7 +119,7 @@ def associate(
     return match, of_match
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def merged_partners(
     mean: Floats,
     missing: Booleans,
@@ -166,7 +167,7 @@ def merged_partners(
     return partner
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def measured_positions(
     mean: Floats, match: Integers, partner: Integers, position: Floats, deviation: Floats
 ) -> Measurements:
@@ -205,7 +206,7 @@ def measured_positions(
     return Measurements(track[:count], place[:count], spread[:count])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def visibility(origin: Floats, points: Floats, free_ends: Floats, discs: Floats) -> Integers:
     """Visibility (n,) of each disc (x, y, radius) from ``origin``, a :class:`Visibility` each.
 

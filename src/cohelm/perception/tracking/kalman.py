@@ -11,9 +11,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def predict(mean: Floats, covariance: Floats, dt: Floats, q: Floats) -> tuple[Floats, Floats]:
     """Predict states by ``dt``: x ← F x, P ← F P Fᵀ + Q.
 
@@ -31,7 +32,7 @@ def predict(mean: Floats, covariance: Floats, dt: Floats, q: Floats) -> tuple[Fl
     return x, P
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update(
     mean: Floats, covariance: Floats, position: Floats, deviation: Floats
 ) -> tuple[Floats, Floats]:
@@ -51,7 +52,7 @@ def update(
     return x, P
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def predict_state(x: Floats, P: Floats, dt: float, q: float) -> None:
     """:func:`predict` of one state (4,) and (4, 4), in place."""
     for i in range(2):
@@ -68,7 +69,7 @@ def predict_state(x: Floats, P: Floats, dt: float, q: float) -> None:
         P[i + 2, i + 2] += q * dt
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_state(x: Floats, P: Floats, position: Floats, deviation: float) -> None:
     """:func:`update` of one state (4,) and (4, 4) with a position (2,), in place."""
     K, A, B = np.empty((4, 2)), np.empty((4, 4)), np.empty((4, 4))
@@ -96,7 +97,7 @@ def update_state(x: Floats, P: Floats, position: Floats, deviation: float) -> No
             P[i, j] = total
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def innovations(
     mean: Floats, covariance: Floats, position: Floats, deviation: Floats
 ) -> tuple[Floats, Floats]:
@@ -115,7 +116,7 @@ def innovations(
     return mahalanobis_sq, log_det
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def larger_deviation(covariance: Floats) -> Floats:
     """√ of the larger eigenvalue of symmetric matrices (n, 2, 2); (n,)."""
     out = np.empty(covariance.shape[0])
@@ -124,7 +125,7 @@ def larger_deviation(covariance: Floats) -> Floats:
     return out
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def larger_axis(a: float, b: float, c: float) -> float:
     """√ of the larger eigenvalue of [[a, b], [b, c]]."""
     deviation: float = np.sqrt(0.5 * (a + c) + np.hypot(0.5 * (a - c), b))

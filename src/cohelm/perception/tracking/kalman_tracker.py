@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers, sealed
 from cohelm.config import number_record
+from cohelm.kernels import CACHED
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.sensor_clocks import CLOCK_RESET
@@ -114,7 +115,7 @@ class PersonTable(NamedTuple):
     confidence: Floats
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_tracks(
     tracks: Tracks, time: float, next_id: int, scan: ScanTable, p: TrackerParameters
 ) -> tuple[Tracks, float, int]:
@@ -162,7 +163,7 @@ def update_tracks(
     return out, now, next_id
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def report_people(tracks: Tracks, time: float, now: float, p: TrackerParameters) -> PersonTable:
     """Confirmed tracks at ``now`` whose place is known.
 
@@ -205,13 +206,13 @@ def report_people(tracks: Tracks, time: float, now: float, p: TrackerParameters)
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _elapsed(before: float, now: float) -> float:
     """Elapsed time, s; 0 if the clock stands, runs back or is not a number."""
     return min(now - before, MAX_STEP) if now > before else 0.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _predicted(
     tracks: Tracks, time: float, step: float, p: TrackerParameters
 ) -> tuple[Floats, Floats]:
@@ -229,7 +230,7 @@ def _predicted(
     return mean, covariance
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _correct(
     tracks: Tracks,
     mean: Floats,
@@ -283,7 +284,7 @@ def _correct(
     return Matches(match, mahalanobis_sq, merged)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _captured_cost(tracks: Tracks, found: PersonDetections, p: TrackerParameters) -> Floats:
     """Extra cost (m, d) of matches of walking tracks with objects that were always there."""
     out = np.zeros((len(tracks), len(found.radius)))
@@ -296,7 +297,7 @@ def _captured_cost(tracks: Tracks, found: PersonDetections, p: TrackerParameters
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _unexplained(
     found: PersonDetections, matches: Matches, mean: Floats, separation: float
 ) -> Booleans:
@@ -312,7 +313,7 @@ def _unexplained(
     return new
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_sure(track: Any, p: TrackerParameters) -> bool:
     """Check that the first detection of a track leaves little doubt."""
     sure = track.shape_looks >= 1.0 and track.motion_log_odds >= p.sure_log_odds

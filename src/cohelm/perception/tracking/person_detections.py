@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers, read_only
+from cohelm.kernels import CACHED
 from cohelm.perception.api import Detections
 
 _NO_SHAPE, _FULL_SHAPE, _MIN_SHAPE_WEIGHT = 3.0, 8.0, 0.1
@@ -88,7 +89,7 @@ class PersonDetections(NamedTuple):
     """(d,) see ``ScanTable``."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def person_detections(scan: ScanTable) -> PersonDetections:
     """Sort the people of a scan by distance, then by x and y; probabilities are at most 99 %."""
     d = len(scan.radius)
@@ -132,7 +133,7 @@ def person_detections(scan: ScanTable) -> PersonDetections:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_nearer(scan: ScanTable, distance: Floats, j: int, k: int) -> bool:
     """Check that detection j comes before k."""
     if distance[j] != distance[k]:

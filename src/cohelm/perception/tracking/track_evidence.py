@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.perception.tracking.association import Visibility, visibility
 from cohelm.perception.tracking.person_detections import PersonDetections, ScanTable
 from cohelm.perception.tracking.tracks import (
@@ -49,7 +50,7 @@ class Matches(NamedTuple):
     """(m,) True for both of two people who share a cluster."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def update_evidence(
     tracks: Tracks,
     found: PersonDetections,
@@ -89,7 +90,7 @@ def update_evidence(
             track.heading = math.atan2(track.mean[3], track.mean[2])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _update_motion(
     track: Any, arrival: float, shape_weight: float, scan: ScanTable, p: TrackerParameters
 ) -> bool:
@@ -128,7 +129,7 @@ def _update_motion(
     return bool(walks)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def mark_unseen(
     tracks: Tracks, matches: Matches, scan: ScanTable, step: float, window: int
 ) -> None:
@@ -163,7 +164,7 @@ def mark_unseen(
         track.detection_history = history & ((1 << window) - 1)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def mark_doubles(
     tracks: Tracks, found: PersonDetections, matches: Matches, step: float, p: TrackerParameters
 ) -> None:
@@ -193,7 +194,7 @@ def mark_doubles(
         tracks[u].double_time = tracks[u].double_time + step if beside else 0.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def is_confirmed(
     track: Any,
     detection: int,
@@ -233,14 +234,14 @@ def is_confirmed(
     return bool((detection >= 0 and often and is_person) or (track.confirmed and stays))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def log_odds(track: Any) -> float:
     """ln(p / (1 − p)) that a track is a person."""
     total: float = track.shape_log_odds + track.motion_log_odds + track.static_penalty
     return total
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_faster(track: Any, speed: float, deviations: float) -> bool:
     """Check for a speed above ``speed``, m/s, and above so many of its standard deviations."""
     squared = track.mean[2] ** 2 + track.mean[3] ** 2

@@ -11,6 +11,7 @@ from pydantic import Field
 
 from cohelm.arrays import read_only, value
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.perception.tracking.person_detections import PersonDetections, ScanTable
 
 INITIAL_NIS = 2.0
@@ -200,7 +201,7 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
 _NO_TRACKS: Tracks = read_only(np.empty(0, TRACK))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def start_track(
     track: Any, number: int, found: PersonDetections, j: int, scan: ScanTable, p: TrackerParameters
 ) -> None:

@@ -11,6 +11,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, Floats32, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, resample, transform, wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import Crowding, Path
@@ -139,7 +140,7 @@ def _turns(points: Floats) -> Floats:
 _SAME = 1.0  # m; crossings closer than this belong to one passage
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def narrow_passages(walls: Floats32, resolution: float, line: Floats, width: float) -> int:
     """Count the passages narrower than ``width`` that a line comes through, at any angle.
 
@@ -166,7 +167,7 @@ def narrow_passages(walls: Floats32, resolution: float, line: Floats, width: flo
     return count
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _between_walls(
     walls: Floats32, resolution: float, point: Floats, ahead: Floats, length: float, width: float
 ) -> bool:
@@ -196,7 +197,7 @@ def _between_walls(
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _surface(
     walls: Floats32, resolution: float, point: Floats, ahead: Floats, reach: float, side: float
 ) -> Floats:

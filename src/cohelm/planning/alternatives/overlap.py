@@ -8,6 +8,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.geometry import nearest_on_polyline, resample
+from cohelm.kernels import CACHED
 from cohelm.planning.costmap.patch import INSCRIBED
 from cohelm.planning.problem import PreparedProblem
 
@@ -43,7 +44,7 @@ def between(prepared: PreparedProblem, a: Floats, b: Floats) -> float:
     return float(sides.max(initial=0)) * grid.resolution
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def comes_back(line: Floats, radius: float) -> bool:
     """Check that a line (k, 2) returns to a place where it has been, with no obstacle between.
 
@@ -60,7 +61,7 @@ def comes_back(line: Floats, radius: float) -> bool:
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _share_near(a: Floats, b: Floats, corridor: float) -> float:
     """Share of the points of ``a`` (k, 2) within ``corridor`` of the line ``b`` (m, 2)."""
     near = 0.0

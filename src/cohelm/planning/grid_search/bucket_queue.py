@@ -14,6 +14,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, Integers
+from cohelm.kernels import CACHED
 
 SLACK = 1e-10
 """Smallest improvement of a cell's cost, in lowest weights. Rounding differences between sums are
@@ -22,7 +23,7 @@ smaller; the error of a path's cost is below 1e-9."""
 _MAX_BUCKETS = 1 << 16
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def bucket_ring(width: float, span: float) -> tuple[Integers, float]:
     """Create (empty heads of a ring for keys up to ``span`` apart, width of a bucket).
 
@@ -35,7 +36,7 @@ def bucket_ring(width: float, span: float) -> tuple[Integers, float]:
     return np.full(count, -1, dtype=np.int64), width
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def double_rows(array: Any) -> Any:
     """Copy of an array with twice the capacity along its first axis."""
     larger = np.empty((2 * array.shape[0], *array.shape[1:]), dtype=array.dtype)
@@ -43,7 +44,7 @@ def double_rows(array: Any) -> Any:
     return larger
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def push(
     heads: Integers,
     entries: Integers,
@@ -66,7 +67,7 @@ def push(
     return spare, fresh
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pop(heads: Integers, entries: Integers, lists: tuple[int, int], slot: int) -> tuple[int, int]:
     """Remove the top entry of a slot; it can be read until the next push."""
     entry = heads[slot]

@@ -13,6 +13,7 @@ from numba import njit
 
 from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32
+from cohelm.kernels import CACHED
 from cohelm.planning.grid_search.bucket_queue import (
     SLACK,
     bucket_ring,
@@ -52,7 +53,7 @@ def cost_field(weights: Weights, cell: tuple[int, int], *, limit: float = np.inf
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _flood(
     weights: Floats32,
     field: Floats,

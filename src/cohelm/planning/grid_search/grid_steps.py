@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers
+from cohelm.kernels import CACHED
 
 SQRT2 = math.sqrt(2.0)
 
@@ -21,14 +22,14 @@ ANY_STEP = 8
 """Code of the step that led to the start, and to a cell beside other weights."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def octile(rows: int, cols: int) -> float:
     """Length of the shortest 8-connected path over free cells."""
     r, c = abs(rows), abs(cols)
     return float(max(r, c) + (SQRT2 - 1.0) * min(r, c))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def neighbours(stride: int) -> tuple[Any, Integers, Integers]:
     """(index offset modulo 2⁶⁴, row step, column step) of the eight steps, straight ones first."""
     rows = np.array([-1, 1, 0, 0, -1, -1, 1, 1])
@@ -36,7 +37,7 @@ def neighbours(stride: int) -> tuple[Any, Integers, Integers]:
     return (rows * stride + cols).astype(np.uint64), rows, cols
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def successors() -> tuple[Integers, Integers]:
     """(worthwhile steps after a step (9, 8), number of them (9,)), where weights are uniform.
 
@@ -61,7 +62,7 @@ def successors() -> tuple[Integers, Integers]:
     return ahead, counts
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def is_uniform(weights: Floats32, u: Any, stride: Any) -> bool:
     """Check that a cell of flattened weights and its eight neighbours have equal weights."""
     weight, one = weights[u], np.uint64(1)
@@ -78,7 +79,7 @@ def is_uniform(weights: Floats32, u: Any, stride: Any) -> bool:
     )
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def is_allowed(heavy: float, i: int, free: Booleans) -> bool:
     """Check that step i leads to a cell of a finite weight and cuts no corner.
 
@@ -91,7 +92,7 @@ def is_allowed(heavy: float, i: int, free: Booleans) -> bool:
     return bool(heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)])
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def cheapest_parent(weights: Floats32, reached: Floats, stride: int, u: int) -> tuple[float, int]:
     """(cost so far through it, index) of the neighbour that leads to cell u most cheaply.
 

@@ -29,6 +29,7 @@ from numba import njit
 from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Bytes, Floats, Floats32, Integers
 from cohelm.errors import PlanningTimeout
+from cohelm.kernels import CACHED
 from cohelm.planning.grid_search.bucket_queue import (
     SLACK,
     bucket_ring,
@@ -141,7 +142,7 @@ def _acquire(cells: int) -> SearchWorkspace:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _clear(reached: Floats, used: Bytes) -> None:
     """Set the used pages to zero."""
     for page in range(used.shape[0]):
@@ -150,7 +151,7 @@ def _clear(reached: Floats, used: Bytes) -> None:
             used[page] = 0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _search(
     weights: Floats32,
     reached: Floats,
@@ -237,7 +238,7 @@ def _search(
     return (_FOUND if reached[goal] != 0.0 else _NO_PATH), expansions
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _trace(weights: Floats32, reached: Floats, stride: int, start: int, goal: int) -> Integers:
     """Trace the cells (k, 2) from start to goal; each is the cheapest parent of the next."""
     back = [goal]

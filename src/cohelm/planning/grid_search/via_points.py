@@ -27,6 +27,7 @@ from numba import njit
 from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
 from cohelm.errors import PlanningTimeout, TooManyWishes
 from cohelm.geometry import nearest_on_polyline
+from cohelm.kernels import CACHED
 from cohelm.planning.grid_search.lower_bound import COARSE_SHIFT, bound_at
 from cohelm.planning.grid_search.via_search import (
     OUT_OF_BUDGET,
@@ -169,7 +170,7 @@ def _edges(chains: tuple[ViaChain, ...]) -> list[list[tuple[int, int]]]:
     ]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _least_distances(places: Floats, points: Floats) -> float:
     """Least sum of distances to ``points`` (n, 2), each passed no earlier than the one before."""
     best = np.full(points.shape[0], np.inf)

@@ -16,6 +16,7 @@ from cohelm.arrays import (
     empty_for_copies,
     value,
 )
+from cohelm.kernels import CACHED
 from cohelm.planning.grid_search.grid_steps import SQRT2
 
 BLOCKED = np.float32(np.inf)
@@ -78,7 +79,7 @@ class Weights:
         return Weights(packed=packed, lightest=float(low), heaviest=float(high))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: int) -> None:
     """Write the weights of a window's costs into packed weights.
 
@@ -93,7 +94,7 @@ def pack_costs(cost: Bytes, table: Floats32, packed: Floats32, row: int, col: in
             packed[row + r + 1, col + c + 1] = table[cost[r, c]]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def path_cost(weights: Floats32, cells: Integers) -> float:
     """Cost of a path (k, 2) over packed weights, in cells, summed in float64."""
     total = 0.0

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.planning.path_refinement.footprint import (
     FootprintModel,
@@ -59,7 +60,7 @@ def infeasible_points(space: ConfigurationSpace, points: Floats, pivots: Integer
     return overlaps_along(space.footprint, points) | bends
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def centre_is_free(space: ConfigurationSpace, x: float, y: float) -> bool:
     """Check that the centre of the drive axle may be at a point, without the footprint."""
     footprint = space.footprint
@@ -73,7 +74,7 @@ def centre_is_free(space: ConfigurationSpace, x: float, y: float) -> bool:
     return clearance >= space.floor
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def weight_at(space: ConfigurationSpace, x: float, y: float) -> float:
     """Weight at a point; ∞ where the centre of the drive axle must not be."""
     if not centre_is_free(space, x, y):
@@ -83,7 +84,7 @@ def weight_at(space: ConfigurationSpace, x: float, y: float) -> float:
     return min(weight, space.heaviest)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def motion_is_free(space: ConfigurationSpace, a: Floats, b: Floats) -> bool:
     """Check that the grown footprint is free between a free pose and another one step away."""
     footprint = space.grown

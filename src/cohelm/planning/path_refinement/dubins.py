@@ -8,9 +8,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def drive_arc(pose: Floats, kappa: float, length: float, out: Floats) -> None:
     """Write the pose after an arc of curvature ``kappa`` (1/m) and a length (m) into ``out``."""
     turn = kappa * length
@@ -21,7 +22,7 @@ def drive_arc(pose: Floats, kappa: float, length: float, out: Floats) -> None:
     out[2] = pose[2] + turn
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def dubins_words(pose: Floats, goal: Floats, radius: float) -> Floats:
     """Words (w, 3, 2) of (curvature, length): arc, line, arc to a pose; arc, line to a point.
 
@@ -55,7 +56,7 @@ def dubins_words(pose: Floats, goal: Floats, radius: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _full(angle: float) -> float:
     """``angle`` in [0, 2π); a full turn except for rounding becomes 0."""
     turn = angle % (2.0 * math.pi)

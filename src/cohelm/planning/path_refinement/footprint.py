@@ -20,6 +20,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, read_only
 from cohelm.geometry import distance_to_polygon
+from cohelm.kernels import CACHED
 
 _TOUCH = 1e-9
 _APART, _APART_TURNING = (
@@ -103,7 +104,7 @@ def offset_outline(outline: Floats, by: float) -> Floats:
     return np.asarray(outline + by * (before + after) / share)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def overlaps(footprint: FootprintModel, x: float, y: float, heading: float) -> bool:
     """Check that the footprint at a pose overlaps a blocked cell."""
     cos, sin = math.cos(heading), math.sin(heading)
@@ -134,7 +135,7 @@ def overlaps(footprint: FootprintModel, x: float, y: float, heading: float) -> b
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def segment_overlaps(
     footprint: FootprintModel, ax: float, ay: float, bx: float, by: float, start: float, end: float
 ) -> bool:
@@ -162,7 +163,7 @@ def segment_overlaps(
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def turn_overlaps(footprint: FootprintModel, x: float, y: float, start: float, turn: float) -> bool:
     """Check for an overlap while the robot turns on the spot from heading ``start``."""
     if clear_within(footprint, x, y, 0.0):
@@ -174,7 +175,7 @@ def turn_overlaps(footprint: FootprintModel, x: float, y: float, start: float, t
     return False
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def overlaps_along(footprint: FootprintModel, points: Floats) -> Booleans:
     """True (n,) where the footprint overlaps at a point of a polyline (n, 2) or beside it.
 
@@ -198,13 +199,13 @@ def overlaps_along(footprint: FootprintModel, points: Floats) -> Booleans:
     return hit
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def clear_within(footprint: FootprintModel, x: float, y: float, beside: float) -> bool:
     """Check that every motion within ``beside`` (m) of a point is free."""
     return bool(_clearance_bound(footprint, x, y) >= footprint.reach + beside)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def directions(points: Floats) -> Floats:
     """Direction (n - 1,) of each segment of a polyline (n, 2), rad."""
     out = np.empty(max(points.shape[0] - 1, 0))
@@ -213,13 +214,13 @@ def directions(points: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def turn_between(start: float, end: float) -> float:
     """Smaller turn from one heading to another, in (−π, π]."""
     return float(math.pi - (math.pi - (end - start)) % (2.0 * math.pi))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def gap_lower_bound(footprint: FootprintModel, x: float, y: float, heading: float) -> float:
     """Lower bound of the gap between the footprint at a pose and obstacles, m."""
     cos, sin = math.cos(heading), math.sin(heading)
@@ -231,7 +232,7 @@ def gap_lower_bound(footprint: FootprintModel, x: float, y: float, heading: floa
     return least
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_clear(footprint: FootprintModel, x: float, y: float, cos: float, sin: float) -> bool:
     bx, by = footprint.bound[0], footprint.bound[1]
     if (
@@ -249,7 +250,7 @@ def _is_clear(footprint: FootprintModel, x: float, y: float, cos: float, sin: fl
     return True
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _clearance_bound(footprint: FootprintModel, x: float, y: float) -> float:
     """Lower bound of the distance to obstacles: that of the cell, less its largest error."""
     rows, cols = footprint.clearance.shape
@@ -261,7 +262,7 @@ def _clearance_bound(footprint: FootprintModel, x: float, y: float) -> float:
     return float(clearance - math.hypot(cx, cy) - 0.21 * footprint.resolution)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _between(corners: Floats, low: float, high: float) -> tuple[float, float]:
     """(lowest, highest x) of a triangle (3, 2) strictly between two heights; (∞, −∞) if none."""
     left, right = np.inf, -np.inf

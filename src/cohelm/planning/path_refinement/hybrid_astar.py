@@ -17,6 +17,7 @@ from numba import njit
 
 from cohelm.array_kernels import NONE, ZERO, copy_row
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.kernels import CACHED
 from cohelm.planning.grid_search.cost_field import cost_field
 from cohelm.planning.grid_search.weights import Weights
 from cohelm.planning.path_refinement.configuration_space import (
@@ -108,7 +109,7 @@ def _guide(
     return low, cost_field(Weights.of(window), cell) * res
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _search(
     space: ConfigurationSpace,
     guide: Floats,
@@ -176,7 +177,7 @@ def _search(
     return _joined(nodes, best_node, best_word), expansions
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _move(
     space: ConfigurationSpace, pose: Floats, k: int, bend: float, out: Floats
 ) -> tuple[float, float]:
@@ -195,13 +196,13 @@ def _move(
     return np.inf, _PIVOT_COST + (0.0 if bend == np.inf else _PIVOT_STOP)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _turn(k: int) -> float:
     """Angle of the turn on the spot k, rad."""
     return _PIVOT if k == _ARCS else -_PIVOT
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> bool:
     """Check that motion k from a pose overlaps nothing."""
     if k < _ARCS:
@@ -209,7 +210,7 @@ def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> 
     return not turn_overlaps(space.grown, after[0], after[1], pose[2], _turn(k))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _ahead(space: ConfigurationSpace, guide: Floats, corner: Integers, x: float, y: float) -> float:
     """Cost from a point to the goal over the plane, without the footprint; ∞ if unreachable, m."""
     res = space.footprint.resolution
@@ -226,12 +227,12 @@ def _ahead(space: ConfigurationSpace, guide: Floats, corner: Integers, x: float,
     return best
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_near(pose: Floats, goal: Floats) -> bool:
     return math.hypot(pose[0] - goal[0], pose[1] - goal[1]) < 0.5
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _shot(
     space: ConfigurationSpace, pose: Floats, goal: Floats, most: float
 ) -> tuple[Floats, float]:
@@ -270,7 +271,7 @@ def _shot(
     return found, price
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _joined(nodes: PoseNodes, last: int, word: Floats) -> Floats:
     """Legs (k, 5) from the seed to ``last`` and along the word; see _search."""
     pose, parent, bend = nodes.pose, nodes.parent, nodes.bend
@@ -292,7 +293,7 @@ def _joined(nodes: PoseNodes, last: int, word: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _sampled(legs: Floats) -> tuple[Floats, Integers]:
     """(poses (m, 3) along legs, evenly spaced between turns on the spot; indices of the turns)."""
     n = legs.shape[0]

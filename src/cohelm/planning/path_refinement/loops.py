@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, Integers
 from cohelm.geometry import wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.planning.path_refinement.footprint import directions
 
 _NEAR = 0.2  # m between two points at the same place
@@ -16,7 +17,7 @@ _REVERSAL = math.radians(120.0)
 _SHORTEST, _LONGEST = 0.8, 4.0  # m from one to the other along the line
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def find_loop(points: Floats, pivots: Integers) -> tuple[int, int]:
     """Ends of the first loop in a line (n, 2); (−1, −1) if there is none.
 

@@ -10,6 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, Integers
+from cohelm.kernels import CACHED
 
 _CELL = 0.05  # m; poses in one such square and one sector count as one
 _SECTORS = 128
@@ -32,7 +33,7 @@ class PoseNodes(NamedTuple):
     """Curvature of the motion from there, 1/m; ∞: a turn on the spot, (nodes,)."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def empty_nodes(capacity: int, slots: int) -> PoseNodes:
     """Return no nodes, with space for ``capacity`` of them and for ``slots`` in the table."""
     size = 64
@@ -48,7 +49,7 @@ def empty_nodes(capacity: int, slots: int) -> PoseNodes:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def slot_of(nodes: PoseNodes, pose: Floats) -> int:
     """Slot of the table for the pose's square and sector; writes its key there."""
     x, y = math.floor(pose[0] / _CELL), math.floor(pose[1] / _CELL)
@@ -62,7 +63,7 @@ def slot_of(nodes: PoseNodes, pose: Floats) -> int:
     return slot
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def add_node(
     nodes: PoseNodes, node: int, slot: int, pose: Floats, cost: float, parent: int, bend: float
 ) -> None:

@@ -28,6 +28,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.geometry import resample
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.planning.path_refinement.shortening import (
     LineGrid,
@@ -106,7 +107,7 @@ def resample_legs(legs: list[Floats], spacing: float) -> tuple[Floats, Booleans]
     return line, fixed
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def curvature_of(points: Floats) -> Floats:
     """Curvature (n,) of a polyline (n, 2) at each of its points, 1/m; 0 at the ends.
 
@@ -120,7 +121,7 @@ def curvature_of(points: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _bend(line: Floats, i: int) -> float:
     ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
     bx, by = line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1]
@@ -129,7 +130,7 @@ def _bend(line: Floats, i: int) -> float:
     return turn / mean if turn > 0.0 else 0.0
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_sharp(line: Floats, i: int, curvature: float) -> bool:
     """Check that the line bends more than allowed, to second order in the turn."""
     ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
@@ -138,7 +139,7 @@ def _is_sharp(line: Floats, i: int, curvature: float) -> bool:
     return bool(change > curvature**2 * (ax * ax + ay * ay) * (bx * bx + by * by))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _relax(  # a kernel takes plain arrays
     line: Floats,
     held: Booleans,
@@ -195,7 +196,7 @@ def _relax(  # a kernel takes plain arrays
             break
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _floors(line: Floats, grid: LineGrid, wanted: float) -> Floats:
     """Minimum clearance (n,) that each point must keep, m."""
     n = line.shape[0]
@@ -208,7 +209,7 @@ def _floors(line: Floats, grid: LineGrid, wanted: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def tangent_discs(line: Floats, held: Booleans, curvature: float) -> Floats:
     """Disc (x, y, radius) that each point of a line must stay out of, (n, 3); radius 0: none.
 
@@ -242,7 +243,7 @@ def tangent_discs(line: Floats, held: Booleans, curvature: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def push_out_of_disc(disc: Floats, x: float, y: float) -> tuple[float, float]:
     """Nearest point outside a disc (x, y, radius)."""
     dx, dy = x - disc[0], y - disc[1]

@@ -7,6 +7,7 @@ import math
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.kernels import CACHED
 from cohelm.planning.path_refinement.configuration_space import ConfigurationSpace, centre_is_free
 from cohelm.planning.path_refinement.footprint import overlaps_along
 from cohelm.planning.path_refinement.smoothing import curvature_of
@@ -14,7 +15,7 @@ from cohelm.planning.path_refinement.smoothing import curvature_of
 _ITERATIONS = 15
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pull_string(
     space: ConfigurationSpace,
     line: Floats,

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Floats, Floats32
 from cohelm.geometry import inverse, nearest_on_polyline, resample, transform
+from cohelm.kernels import CACHED
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.grid_search.weights import BLOCKED, Weights
@@ -119,7 +120,7 @@ def _score(prepared: PreparedProblem, wanted: Floats, near_enough: float) -> Lin
     return score
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distances(line: Floats, points: Floats) -> Floats:
     """Distances (m,) of points (m, 2) to a line."""
     out = np.empty(points.shape[0])
@@ -128,7 +129,7 @@ def _distances(line: Floats, points: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _block(packed: Floats32, row: float, col: float, reach: float) -> None:
     """Block the cells whose centres lie within ``reach`` of a point, all in cells."""
     rows, cols = packed.shape[0] - 2, packed.shape[1] - 2

@@ -9,6 +9,7 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats32
+from cohelm.kernels import CACHED
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
 from cohelm.planning.costmap.costmap import combine
@@ -128,7 +129,7 @@ def _plan_with_field(
     return to_path(prepared, route, without, method=method, score=score_on(prepared, weights))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _discounted(
     packed: Floats32, field: Floats32, scale: float, discount: float
 ) -> tuple[Floats32, float]:

@@ -10,6 +10,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.errors import TooManyWishes
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, resample, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish, WishReport
 from cohelm.planning.api import RouteProblem
@@ -142,7 +143,7 @@ def _places_on(stroke: Floats) -> Floats:
     return resample(stroke, max(_REPORT_SPACING, length / _REPORT_PIECES))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_line(line: Floats, points: Floats) -> float:
     """Mean distance of points (m, 2) to a line."""
     total = 0.0

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from cohelm.arrays import Bytes, Floats, Floats32
 from cohelm.errors import RecordingError
+from cohelm.kernels import CACHED
 from cohelm.maps import MAX_COORDINATE
 from cohelm.recordings.api import max_range
 from cohelm.recordings.clouds.pcd_header import Field, Header, Malformed, read_header
@@ -215,7 +216,7 @@ def decompress_lzf(data: bytes, size: int) -> Bytes:
     return out[: _decompress(np.frombuffer(data, dtype=np.uint8), out)]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _decompress(data: Bytes, out: Bytes) -> int:
     """Decompress into ``out``; returns the number of bytes written."""
     i, o = 0, 0

@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.robots.kinematics.api import InputBounds
 from cohelm.robots.kinematics.motion import rollout_sensitivity
 
@@ -65,7 +66,7 @@ class Holonomic:
         return rollout_sensitivity(poses, 3, dt, 0)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def holonomic_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
     """Poses (N+1, 3) from ``pose`` under inputs (N, 3)."""
     out = np.empty((inputs.shape[0] + 1, 3))

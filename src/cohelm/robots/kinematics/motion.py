@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 
 def move(pose: Floats, twist: Floats, dt: float) -> Floats:
@@ -19,7 +20,7 @@ def move(pose: Floats, twist: Floats, dt: float) -> Floats:
     return _arc(np.array(pose, dtype=float), np.array(twist, dtype=float), dt)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _arc(pose: Floats, twist: Floats, dt: float) -> Floats:
     vx, vy, w = twist[0], twist[1], twist[2]
     angle = w * dt
@@ -42,7 +43,7 @@ def slowed(inputs: Floats, speed: float, translating: int) -> Floats:
     return inputs
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def within_limits(
     inputs: Floats,
     now: Floats,
@@ -96,7 +97,7 @@ def within_limits(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def rollout_sensitivity(poses: Floats, inputs: int, dt: float, early: int) -> Floats:
     """∂poses/∂inputs along a rollout (N+1, 3), (N+1, 3, N·m); see ``Kinematics.sensitivity``.
 

@@ -10,6 +10,7 @@ from numba import njit
 from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, read_only
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.robots.kinematics.api import InputBounds
 from cohelm.robots.kinematics.motion import rollout_sensitivity
 
@@ -77,7 +78,7 @@ class TurnFirst(Unicycle):
         return rollout_sensitivity(poses, 2, dt, 1)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def unicycle_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
     """Poses (N+1, 3) of eq. (10) from ``pose`` under inputs (N, 2)."""
     out = np.empty((inputs.shape[0] + 1, 3))
@@ -90,7 +91,7 @@ def unicycle_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _turn_first_rollout(pose: Floats, inputs: Floats, dt: float) -> Floats:
     out = np.empty((inputs.shape[0] + 1, 3))
     out[0] = pose

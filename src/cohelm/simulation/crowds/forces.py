@@ -16,10 +16,11 @@ from numba import njit
 
 from cohelm.array_kernels import stable_order
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def pair_forces(
     position: Floats,
     velocity: Floats,
@@ -93,7 +94,7 @@ def pair_forces(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_forces(
     position: Floats,
     body: Floats,
@@ -122,7 +123,7 @@ def wall_forces(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def group_forces(
     position: Floats,
     velocity: Floats,

@@ -15,6 +15,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 _PARALLEL = 1e-5
 """Cross product of two directions below which they count as parallel, as in RVO2."""
@@ -23,7 +24,7 @@ _ALONG = cast("bool", np.bool_(True))
 """Goals of :func:`_nearest`; plain constants would be types of their own, each compiled."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def best_velocity(
     planes: Floats, hard: int, max_speed: float, preferred_x: float, preferred_y: float
 ) -> tuple[float, float]:
@@ -47,7 +48,7 @@ def best_velocity(
     return x, y
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _nearest(
     planes: Floats, count: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[int, float, float]:
@@ -74,7 +75,7 @@ def _nearest(
     return count, vx, vy
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _on_border(
     planes: Floats, i: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[bool, float]:
@@ -106,7 +107,7 @@ def _on_border(
     return True, min(max(dx * (x - px) + dy * (y - py), low), high)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _least_violation(
     planes: Floats, hard: int, begin: int, max_speed: float, vx: float, vy: float
 ) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.simulation.api import Crowd
 
 GOLDEN_RATIO = 0.6180339887498949
@@ -56,7 +57,7 @@ def turned_towards(heading: Floats, velocity: Floats, dt: float, turn_time: floa
     return np.asarray(wrap_angle(turned))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def advance_targets(
     position: Floats, waypoints: Floats, target: Integers, loop: Booleans
 ) -> Integers:
@@ -81,7 +82,7 @@ def advance_targets(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def towards_targets(
     position: Floats, waypoints: Floats, target: Integers, loop: Booleans, speed: Floats
 ) -> Floats:
@@ -102,7 +103,7 @@ def towards_targets(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def current_targets(waypoints: Floats, target: Integers) -> Floats:
     """Current way-point (n, 2) of each person; NaN when done."""
     out = np.full((target.shape[0], 2), np.nan)
@@ -112,7 +113,7 @@ def current_targets(waypoints: Floats, target: Integers) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def last_passed(waypoints: Floats, target: Integers, loop: Booleans) -> Floats:
     """Way-point (n, 2) before the current one; NaN where there is none."""
     out = np.full((target.shape[0], 2), np.nan)
@@ -125,7 +126,7 @@ def last_passed(waypoints: Floats, target: Integers, loop: Booleans) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def waypoint_count(waypoints: Floats, i: int) -> int:
     """Count the way-points of person ``i``."""
     count = 0
@@ -134,7 +135,7 @@ def waypoint_count(waypoints: Floats, i: int) -> int:
     return count
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def last_of(waypoints: Floats, target: Integers) -> Floats:
     """Last way-point (n, 2) of people who are done; NaN for the others."""
     out = np.full((target.shape[0], 2), np.nan)
@@ -145,7 +146,7 @@ def last_of(waypoints: Floats, target: Integers) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def opposite_targets(waypoints: Floats, target: Integers) -> Integers:
     """Index (n,) of a person's way-point after turning back; −1 unless the route is a round trip.
 

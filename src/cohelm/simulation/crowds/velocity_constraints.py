@@ -9,6 +9,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.kernels import CACHED
 from cohelm.simulation.crowds.half_planes import best_velocity
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
 
@@ -16,7 +17,7 @@ PARTING_SPEED = 0.5
 """Maximum speed at which overlapping bodies part, m/s."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def orca_velocities(
     position: Floats,
     velocity: Floats,
@@ -58,7 +59,7 @@ def orca_velocities(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _neighbours(
     position: Floats, i: int, sees_robot: bool, distance: float, limit: int
 ) -> Integers:
@@ -87,7 +88,7 @@ def _neighbours(
     return found[:count]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _orca_plane(
     position: Floats,
     velocity: Floats,
@@ -130,7 +131,7 @@ def _orca_plane(
     return velocity[i, 0] + share * ux, velocity[i, 1] + share * uy, dx, dy
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def wall_planes(
     walls: SurfaceCells,
     position: Floats,
@@ -154,7 +155,7 @@ def wall_planes(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def allowed_share(planes: Floats, vx: float, vy: float) -> float:
     """Share of a velocity that half-planes about 0 allow; 1 except for rounding."""
     keep = 1.0
@@ -167,7 +168,7 @@ def allowed_share(planes: Floats, vx: float, vy: float) -> float:
     return keep
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def without_contact(
     position: Floats,
     velocity: Floats,

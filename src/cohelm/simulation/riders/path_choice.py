@@ -15,6 +15,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, transform
+from cohelm.kernels import CACHED
 from cohelm.simulation.api import RiderView
 from cohelm.simulation.riders.rollouts import (
     COMFORT_GAPS,
@@ -101,7 +102,7 @@ def update_obstacles(
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _is_remembered(now: Floats, old: Floats, age: Floats, field: float) -> Booleans:
     """Mask of the old points (n, 2) that are near, not outdated and not in sight again."""
     kept = np.zeros(len(old), dtype=np.bool_)

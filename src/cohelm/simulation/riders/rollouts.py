@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
+from cohelm.kernels import CACHED
 
 SPACING = 0.1
 """Spacing of the desired path, m."""
@@ -60,7 +61,7 @@ _END_ZONE = 0.5
 end, m."""
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def bearing(path: Floats, pose: Floats, at: int, offset: float, lookahead: float) -> float:
     """Bearing of the point to steer for, rad to the left.
 
@@ -78,7 +79,7 @@ def bearing(path: Floats, pose: Floats, at: int, offset: float, lookahead: float
     return float((math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _gap(box: Floats, x: float, y: float) -> float:
     """Distance from a box (x, y low, x, y high) to a point; negative inside."""
     ex, ey = max(box[0] - x, x - box[2]), max(box[1] - y, y - box[3])
@@ -87,7 +88,7 @@ def _gap(box: Floats, x: float, y: float) -> float:
     return float(max(ex, ey))
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _gaps(
     points: Floats, people: Floats, box: Floats, pose: Floats, time: float
 ) -> tuple[float, float]:
@@ -107,7 +108,7 @@ def _gaps(
     return obstacle, person
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _next_index(path: Floats, pose: Floats, at: int) -> int:
     """Index of the path point at the chair, which was ``at`` before."""
     while at < len(path) - 1:
@@ -119,7 +120,7 @@ def _next_index(path: Floats, pose: Floats, at: int) -> int:
     return at
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
     """Progress along the path, and distance from it, of a chair at its point ``at``, m."""
     end = len(path) - 1
@@ -132,7 +133,7 @@ def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _rollout(
     path: Floats,
     points: Floats,
@@ -184,7 +185,7 @@ def _rollout(
     return progress - before, np.inf, discomfort, distance
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def best_rollout(
     path: Floats,
     points: Floats,

@@ -13,11 +13,12 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32, Integers
+from cohelm.kernels import CACHED
 from cohelm.simulation.sensors.grid_raycast import span, stride
 from cohelm.simulation.sensors.static_scene import floor_height, to_floor
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def cast_columns(
     tops: Floats32,
     resolution: float,
@@ -91,7 +92,7 @@ def cast_columns(
     return out, owner, alone
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _within_range(circles: Floats, origin: Floats, reach: float) -> Floats:
     """Bodies within range, (m, 4): x, y from the origin, radius, index."""
     out = np.empty((circles.shape[0], 4))
@@ -104,7 +105,7 @@ def _within_range(circles: Floats, origin: Floats, reach: float) -> Floats:
     return out[:count]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _through_cells(
     tops: Floats32,
     resolution: float,
@@ -160,7 +161,7 @@ def _through_cells(
             return
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _against_body(
     index: int,
     along: float,
@@ -198,7 +199,7 @@ def _against_body(
             out[column, r], owner[column, r] = best[r], index
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def _to_part(part: Floats, origin: Floats, dx: float, dy: float, slope: float) -> float:
     """Horizontal distance at which a ray hits a part of a body; inf: no hit.
 

@@ -8,9 +8,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.kernels import CACHED
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def cast(
     occupied: Booleans,
     resolution: float,
@@ -53,7 +54,7 @@ def cast(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def in_sight(
     occupied: Booleans, resolution: float, X_MG: Floats, start: Floats, end: Floats
 ) -> Booleans:
@@ -74,7 +75,7 @@ def in_sight(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _within_range(discs: Floats, pose: Floats, reach: float) -> Floats:
     """Discs that rays can meet, relative to the sensor's position."""
     out = np.empty_like(discs)
@@ -87,7 +88,7 @@ def _within_range(discs: Floats, pose: Floats, reach: float) -> Floats:
     return out[:count]
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_disc(disc: Floats, dx: float, dy: float) -> float:
     """Distance to a disc along a ray from the origin in unit direction (dx, dy); inf: no hit."""
     along = disc[0] * dx + disc[1] * dy
@@ -101,7 +102,7 @@ def _to_disc(disc: Floats, dx: float, dy: float) -> float:
     return distance
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _to_cell(occupied: Booleans, x: float, y: float, dx: float, dy: float, reach: float) -> float:
     """Distance, in cells, to an occupied cell from (x, y) along the unit direction (dx, dy)."""
     # Clip the ray to the grid.
@@ -126,7 +127,7 @@ def _to_cell(occupied: Booleans, x: float, y: float, dx: float, dy: float, reach
             return np.inf
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def span(at: float, slope: float, size: float, enter: float, leave: float) -> tuple[float, float]:
     """Part of [enter, leave] in which a coordinate lies within [0, size]."""
     if slope == 0.0:
@@ -135,7 +136,7 @@ def span(at: float, slope: float, size: float, enter: float, leave: float) -> tu
     return max(enter, min(a, b)), min(leave, max(a, b))
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def stride(at: float, slope: float, cell: int) -> tuple[int, float, float]:
     """Step, ray parameter of the first border, and parameter between borders of one axis."""
     if slope > 0.0:

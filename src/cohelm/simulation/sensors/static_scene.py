@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 
 
@@ -90,7 +91,7 @@ def tops_of(scene: StaticScene) -> tuple[Floats32, float]:
     return tops, float(tops.max(initial=0.0)) + scene.floor.highest
 
 
-@njit(cache=True, inline="always")
+@njit(**CACHED, inline="always")
 def floor_height(floor: Floats, x: float, y: float) -> float:
     """Height of a floor given by its numbers, m."""
     if floor[4] == 0.0:
@@ -100,7 +101,7 @@ def floor_height(floor: Floats, x: float, y: float) -> float:
     return height
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def to_floor(floor: Floats, origin: Floats, dx: float, dy: float, slope: float) -> float:
     """Horizontal distance at which a ray meets the floor, m; +inf: never.
 

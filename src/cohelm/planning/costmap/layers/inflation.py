@@ -10,6 +10,7 @@ from pydantic import Field
 
 from cohelm.arrays import Bytes, Floats32
 from cohelm.config import Model
+from cohelm.kernels import CACHED
 from cohelm.planning.costmap.patch import INSCRIBED, LETHAL, MAX_GRADED
 
 
@@ -43,7 +44,7 @@ def inflate(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _inflate(clearance: Floats32, radius: float, k: float, reach: float, out: Bytes) -> None:
     rows, cols = clearance.shape
     for r in range(rows):

@@ -12,6 +12,7 @@ from pydantic import Field
 from cohelm.arrays import Bytes, Floats, Floats32
 from cohelm.config import Model
 from cohelm.geometry import compose, inverse, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Crowding
 from cohelm.planning.costmap.layers.zones import distances_to_area
@@ -99,7 +100,7 @@ def group_patch(outline: Floats, grid: OccupancyGrid, groups: GroupCosts) -> Pat
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _interpolated(
     cost: Floats32, side: float, X_CG: Floats, resolution: float, box: tuple[int, int, int, int]
 ) -> Bytes:

@@ -16,6 +16,7 @@ from pydantic import Field, model_validator
 from cohelm.arrays import Annotated, Bytes, Floats, Floats32, Shape, value
 from cohelm.config import Model
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, resample, transform
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish
 from cohelm.planning.costmap.patch import MAX_GRADED
@@ -158,7 +159,7 @@ def _offsets(grid: OccupancyGrid, points: Floats) -> tuple[Floats, Floats]:
     )
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _costs(field: Floats32, low: float, depth: float, highest: float) -> Bytes:
     out = np.empty(field.shape, dtype=np.uint8)
     for r in range(field.shape[0]):

@@ -12,13 +12,14 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Bytes, Floats, SignedBytes
+from cohelm.kernels import CACHED
 from cohelm.maps import CostmapFilter, OccupancyGrid
 from cohelm.maps.grid import OCCUPIED
 from cohelm.maps.masks import CLOSED, project_mask
 from cohelm.planning.costmap.patch import FREE, LETHAL, MAX_GRADED, UNKNOWN
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def raise_to_static(cost: Bytes, occupancy: SignedBytes) -> None:
     """Raise costs (rows, cols) in place to ``LETHAL`` where occupied and ``UNKNOWN`` where unknown.
 

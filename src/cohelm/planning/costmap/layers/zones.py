@@ -18,6 +18,7 @@ from pydantic import Field
 from cohelm.arrays import Bytes, Floats, Floats32
 from cohelm.config import Model
 from cohelm.geometry import distance_to_polygon, nearest_on_polyline
+from cohelm.kernels import CACHED
 from cohelm.maps import OccupancyGrid, signed_distance
 from cohelm.messages import Wish
 from cohelm.planning.costmap.layers.inflation import Inflation, inflate
@@ -106,7 +107,7 @@ def _graded(distance: Floats32, zones: ZoneCosts) -> Bytes:
     return cost
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distances_to_area(
     points: Floats, resolution: float, r0: int, r1: int, c0: int, c1: int
 ) -> Floats32:
@@ -118,7 +119,7 @@ def _distances_to_area(
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distances(area: Floats, points: Floats) -> Floats:
     out = np.empty(points.shape[0])
     for i in range(points.shape[0]):
@@ -126,7 +127,7 @@ def _distances(area: Floats, points: Floats) -> Floats:
     return out
 
 
-@njit(cache=True)
+@njit(**CACHED)
 def _distance_to_area(points: Floats, x: float, y: float) -> float:
     if points.shape[0] < 3:
         _, distance = nearest_on_polyline(points, x, y)
