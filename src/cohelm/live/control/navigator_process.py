@@ -246,7 +246,8 @@ def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:
     request = replace(ride_setup.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
     no_goal = np.full(2, np.nan)
     # first what needs no local planner, which another process may still compile
-    yield _WarmUpCase(Mode.MANUAL.value, replace(request, goal=no_goal, mode=Mode.MANUAL))
+    manual = replace(request, goal=no_goal, mode=Mode.MANUAL)
+    yield _WarmUpCase(Mode.MANUAL.value, manual, (0.4, -0.3))
     yield _WarmUpCase("route", request)
     yield _WarmUpCase("stick", request, (0.5, 0.3))
     for wish in warm_up_wishes(ride_setup):
