@@ -16,7 +16,7 @@ from cohelm.control.terms import residual
 from cohelm.control.terms.extra import D
 from cohelm.testing.scenes import local_problem, room, walls_of
 
-WIDTH, LENGTH, TICK = 3.0, 16.0, 0.1
+WIDTH, LENGTH, TICK = 3.0, 16.0, 0.05
 START = np.array([2.0, WIDTH / 2, 0.0])
 
 

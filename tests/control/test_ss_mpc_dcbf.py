@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from cohelm.arrays import identical
 from cohelm.control import SsMpcDcbf, without_people
-from cohelm.control.candidates import PASSING_SIDE, REPLACING, SWITCHING
+from cohelm.control.candidates import CHOICES
 from cohelm.control.objective_tables import TERMS
 from cohelm.control.terms.barrier import REACH
 from cohelm.control.warm_start import estimate_current_input
@@ -185,14 +185,14 @@ def test_the_costs_by_term_add_up_to_the_score_that_chose_the_plan(seed):
     """Of a first plan: the objective, and nothing for leaving a class."""
     problem = drawn(seed, seed % 5)
     plan = PLANNER.plan(problem, None)
-    assert set(plan.costs) == {*TERMS, PASSING_SIDE, SWITCHING, REPLACING}
+    assert set(plan.costs) == {*TERMS, *CHOICES}
     assert min(plan.costs.values()) >= 0.0
-    assert plan.costs[SWITCHING] == 0.0
+    assert plan.costs["switching"] == 0.0
     assert sum(plan.costs[name] for name in TERMS) == pytest.approx(plan.memory.lowest_cost)
     later = dataclasses.replace(problem, time=TICK, twist=plan.command)
     following = PLANNER.plan(later, plan)
     replaced = following.candidate != "previous"
-    assert following.costs[REPLACING] == PLANNER.parameters.choice.replacing * replaced
+    assert following.costs["replacing"] == PLANNER.parameters.choice.replacing * replaced
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -290,6 +290,22 @@ def test_a_slower_limit_is_obeyed_at_once():
     fall = problem.robot.max_deceleration
     assert plan.inputs[0, 0] <= 0.8 - 0.99 * fall * TICK
     assert plan.inputs[-1, 0] <= 0.3 + 1e-6
+
+
+@pytest.mark.parametrize("period", [0.04, 0.05, 0.08, 0.1])
+def test_it_gathers_speed_whatever_the_period_of_its_commands(period):
+    """At most as many commands as in time, and one or two more."""
+    counts = {}
+    for each in (0.05, period):
+        plan, pose, twist, count = None, np.zeros(3), np.zeros(3), 0
+        while twist[0] < 0.63 and count < 60:
+            problem = local_problem(steps=PLANNER.steps, step=PLANNER.step, pose=pose, wanted=0.7)
+            problem = dataclasses.replace(problem, time=each * count, twist=twist)
+            plan = PLANNER.plan(problem, plan)
+            twist, count = plan.command, count + 1
+            pose = problem.robot.motion_model.rollout(pose, plan.inputs[:1], each)[-1]
+        counts[each] = count
+    assert counts[period] <= counts[0.05] + 2
 
 
 def test_a_chair_at_its_goal_stays_there():

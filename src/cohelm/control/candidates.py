@@ -27,14 +27,14 @@ PREVIOUS, SAMPLED, STOPPING, SLOWER, BRAKING = (
 )  # fmt: skip
 """Origins of a candidate, ``LocalPlan.candidate``."""
 _GENTLE = (0.35, 0.6, 1.0)
-"""Shares of the comfort deceleration at which the chair may plan to stop."""
+"""Shares of the comfort deceleration with which a stop is asked for; the limits of a plan hold, so
+that a unicycle brakes with 0.75 of it at most."""
 _SIDES = {"right": 1, "left": -1, "none": 0}
 """Turn of the bearing to a person passed on that side."""
 _SEED_WINDOW = 1.5
 """A seed that costs more than the best one by this is not improved, s: it rarely wins."""
-PASSING_SIDE, SWITCHING, REPLACING = "passing_side", "switching", "replacing"
+CHOICES = ("passing_side", "switching", "replacing")
 """Names of the terms of the choice."""
-_CHOICES = 3
 
 
 class Choice(Model):
@@ -133,7 +133,7 @@ class PlanningCycle:
         return self._candidates(evaluate(self.prepared, np.stack(inputs)), origins)
 
     def stops(self, candidate: Candidate | None) -> list[Candidate]:
-        """Gentle stops on the way of a candidate, or straight on without one."""
+        """Gentle stops on the way of a candidate, or on the present arc without one."""
         steps, step = self.prepared.scene.steps, self.prepared.scene.step
         _, _, _, fall = self.problem.robot.input_bounds
         n_linear = self.problem.robot.motion_model.translating
@@ -161,7 +161,7 @@ class PlanningCycle:
         [candidate] = self.evaluate([braking.inputs], [BRAKING])
         # the candidate is limited in jerk, and braking is not
         braked = self.prepared.evaluate(braking.inputs)
-        by_term = np.concatenate([list(braked.costs.values()), candidate.by_term[-_CHOICES:]])
+        by_term = np.concatenate([list(braked.costs.values()), candidate.by_term[-len(CHOICES) :]])
         return candidate._replace(
             inputs=braking.inputs,
             poses=braking.poses,

@@ -173,7 +173,7 @@ def step_cost(
     # people and groups
     total += _people_cost(scene, o, stage, work)
     if scene.groups.support.shape[0]:
-        share = person_clearance.share_of_blame(o.person, stage.speed)
+        share = person_clearance.speed_share(o.person, stage.speed)
         depth = group_space.cost(o.group, scene.groups, stage)
         c_group = share * scene.people.fade[stage.k] * depth
         by_term[GROUP] += c_group
@@ -224,7 +224,7 @@ def _people_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> f
     if k < work.free[0]:
         return 0.0
     soonest, total = np.inf, 0.0
-    share = person_clearance.share_of_blame(o.person, stage.speed) * people.fade[k]
+    share = person_clearance.speed_share(o.person, stage.speed) * people.fade[k]
     for q in range(states.shape[0]):
         if k < work.due[q]:
             soonest = min(soonest, work.due[q])
@@ -312,10 +312,10 @@ def add_models(scene: Scene, o: Objective, inputs: Floats, q: LocalModel) -> Non
         track_reference.model(o.track, path, stage, q)
         wall_clearance.model(o.wall, scene.walls, scene.robot, stage, q)
         if o.extra.address.shape[0]:
-            u, tangent = inputs[k], path.samples[stage.i_path]
-            angle, sign = math.atan2(tangent[3], tangent[2]), 1.0 if u[0] >= 0.0 else -1.0
-            extra.model(o.extra, stage, u[u.shape[0] - 1], angle, sign, q)
-        share = person_clearance.share_of_blame(o.person, stage.speed) * people.fade[k + 1]
+            tangent = path.samples[stage.i_path]
+            angle = math.atan2(tangent[3], tangent[2])
+            extra.model(o.extra, stage, inputs[k], scene.robot.n_linear, angle, q)
+        share = person_clearance.speed_share(o.person, stage.speed) * people.fade[k + 1]
         met = group_space.cost(o.group, scene.groups, stage)
         group_space.model(o.group, scene.groups, stage, share, q)
         for i in range(people.states.shape[0]):
@@ -329,7 +329,7 @@ def add_models(scene: Scene, o: Objective, inputs: Floats, q: LocalModel) -> Non
                 met += people.weight[i] * personal_space.cost(o.space, people, state, e)
                 person_clearance.model(o.person, state[MARGIN], e, k + 1, weight, q)
                 personal_space.model(o.space, people, state, e, k + 1, weight, q)
-        # the share of blame grows with the speed
+        # the costs of people grow with the speed
         if met > 0.0 and 0.0 < stage.speed < person_clearance.STANDS:
             slope = met * people.fade[k + 1] * (1.0 - o.person.standing_share)
             slope /= person_clearance.STANDS * stage.speed

@@ -75,7 +75,7 @@ class OptimalControl:
         self.terms, self.clearance = terms, clearance
         self.extra_terms = tuple(extra_terms)
         self.tick, self.norm = tick, norm
-        self.names = (*TERMS, *(term.name for term in extra_terms))
+        self.names = (*TERMS, *(term.name for term in self.extra_terms))
         self._workspaces: dict[tuple[int, ...], SolverWorkspace] = {}
 
     def prepare(

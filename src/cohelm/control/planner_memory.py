@@ -15,6 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape
+from cohelm.control.trajectories import TICK
 from cohelm.kernels import CACHED
 from cohelm.messages import LocalPlan, People
 
@@ -24,6 +25,10 @@ _LATELY = 1.0
 _HELD_UP = 10.0
 """Time constant with which the pace of a person fades, s: about as long as a crowd may be held up;
 assumed."""
+_SAME_TIME = 1e-6
+"""Difference of times that is rounding, s."""
+_ONE_COMMAND = 2.0 * TICK + _SAME_TIME
+"""Time up to which only one command has been sent since the last plan, s."""
 EXPIRED = 1.0
 """A memory older than this is ignored, s."""
 
@@ -70,10 +75,17 @@ def unexpired_memory(previous: LocalPlan | None, time: float) -> PlannerMemory |
 
 
 def present_acceleration(memory: PlannerMemory | None, time: float, current_input: Floats) -> float:
-    """Linear acceleration since the last plan, m/s²; 0 without one."""
+    """Linear acceleration since the last plan, m/s²; 0 without one.
+
+    A command changes the input by what fits into a tick. If the next one comes a little later, as
+    with a slow scanner, that is still one tick's change: averaged over the time that has passed, it
+    would let a chair with a limit of jerk hardly gather speed.
+    """
     elapsed = 0.0 if memory is None else time - memory.input_time
-    if memory is None or elapsed < 1e-6:
+    if memory is None or elapsed < _SAME_TIME:
         return 0.0
+    if abs(elapsed - TICK) > _SAME_TIME and elapsed < _ONE_COMMAND:
+        elapsed = TICK
     return float(current_input[0] - memory.current_input[0]) / elapsed
 
 

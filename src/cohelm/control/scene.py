@@ -31,9 +31,9 @@ class GroupTable(NamedTuple):
     """Convex hulls of groups, and discs about these."""
 
     support: Floats
-    """(g, L+1, m)."""
+    """(g, L+1, d) maximum of p·n over the hull for each direction n, m."""
     normal: Floats
-    """(m, 2) unit vectors."""
+    """(d, 2) unit vectors outwards."""
     disc: Floats
     """(g, L+1, 3): centre and radius."""
 

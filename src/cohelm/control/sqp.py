@@ -1,10 +1,12 @@
 """Condensed Gauss-Newton SQP over the one objective: a solve is one call of compiled code.
 
 The rollout eliminates the states, so that only the inputs Δu and the slacks s are left; all rows of
-one person, and all rows of the walls, share a slack:
+one person under one barrier, and all rows of the walls, share a slack:
 
     minimise   g·Δu + ½ Δuᵀ H Δu + Σ l1·s + ½ l2·s²
     subject to margin + G Δu + s ≥ 0,  s ≥ 0,  limits of the inputs and of their change (no slack)
+
+Of the jerk only the first step is limited here: the result is rolled out again within all limits.
 
 g and H are condensed backwards along the trajectory from the local models of the terms (Frison and
 Jørgensen 2013): with A and B the derivatives of a step, P_k = Aᵀ P_{k+1} A + Q_k and

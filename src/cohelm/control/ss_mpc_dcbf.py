@@ -19,16 +19,15 @@ from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.candidates import (
     BRAKING,
-    PASSING_SIDE,
+    CHOICES,
     PREVIOUS,
-    REPLACING,
     STOPPING,
-    SWITCHING,
     Candidate,
     Choice,
     PlanningCycle,
     cheapest_of_different_classes,
 )
+from cohelm.control.objective_tables import TERMS
 from cohelm.control.optimal_control import RELAXED_SLACK, OptimalControl
 from cohelm.control.planner_memory import (
     EXPIRED,
@@ -43,6 +42,7 @@ from cohelm.control.rider_motion import disagreement
 from cohelm.control.sampling import Sampling
 from cohelm.control.stack import Terms
 from cohelm.control.terms import ExtraTerm
+from cohelm.control.terms.extra import checked_terms
 from cohelm.control.trajectories import PLANNED_BRAKING
 from cohelm.control.unaware import times_on_course
 from cohelm.control.validation import check_problem
@@ -75,7 +75,7 @@ class SsMpcDcbf:
 
     Args:
         parameters: of the planner.
-        extra_terms: user-defined cost terms, see ``terms.extra``.
+        extra_terms: user-defined cost terms, see ``terms.extra``; invalid ones raise ConfigError.
     """
 
     class Parameters(Model):
@@ -103,7 +103,8 @@ class SsMpcDcbf:
         p = self.parameters = parameters or self.Parameters()
         self.steps, self.step = p.sampling.steps(p.step, p.steps), p.step
         self.clearance = p.clearance
-        self.control = OptimalControl(p.terms, p.clearance, extra_terms=extra_terms)
+        terms = checked_terms(extra_terms, (*TERMS, *CHOICES))
+        self.control = OptimalControl(p.terms, p.clearance, extra_terms=terms)
 
     def plan(self, problem: LocalProblem, previous: LocalPlan | None) -> LocalPlan:
         """See :class:`~cohelm.control.api.LocalPlanner`."""
@@ -251,7 +252,7 @@ class SsMpcDcbf:
         resampled: bool = False,
     ) -> LocalPlan:
         trajectory, prepared = cycle.trajectory(chosen), cycle.prepared
-        names = (*self.control.names, PASSING_SIDE, SWITCHING, REPLACING)
+        names = (*self.control.names, *CHOICES)
         lowest = np.inf if resampled or cycle.memory is None else cycle.memory.lowest_cost
         memory = PlannerMemory(
             time=cycle.problem.time,

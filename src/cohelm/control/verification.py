@@ -31,7 +31,7 @@ _FINE = 0.05
 _NEAR = 2.0
 """Distance up to which a person ahead is near, m."""
 REACTION = 0.2
-"""Time for which a command acts before braking can begin, s: a tick and the drive's lag."""
+"""Time for which a command acts before braking can begin, s: a tick, the drive's lag, a reserve."""
 MIN_PROBABILITY = 0.1
 """Probability from which emergency braking must also keep clear of a hypothesis that is not the
 most likely one. Predictors list several that are less probable."""
@@ -64,8 +64,8 @@ class Verification(Model):
     clearance_share: float = Field(1.0, ge=0.0, le=2.0)
     """Share of the clearance that a trajectory must keep from people."""
     people_acceleration: float = Field(2.0, ge=0.0)
-    """Possible change of people's velocity, m/s². Emergency braking must keep clear of everything
-    that they can reach, so the robot is slow near people."""
+    """Possible change of a walking person's velocity, m/s²; of a standing person's, the share
+    ``clearance.standing`` of it. Emergency braking must keep clear of all that they can reach."""
     turn_back_acceleration: float = Field(6.0, ge=0.0)
     """Acceleration of walking people who turn back, m/s²: emergency braking must keep clear of all
     of them, however unlikely it is; 0: only predicted turns count. A person who walks at 1.1 m/s
@@ -137,11 +137,11 @@ class Verifier:
     """Checks of the trajectories of one problem.
 
     A trajectory may be used if it is swept clear of walls and of the most likely hypothesis of each
-    person for a while, and if after its first command the brakes still help as much as now: the
-    robot, braking hard, touches nothing that people may do (accelerate, take a less likely way,
-    turn back), or touches it no sooner than if it brakes hard at once. People who follow, or whom
-    no braking avoids, do not veto a trajectory, unless they do not see the robot and are about to
-    walk into it while it could still stand. A stop need not be clear, but braking must still help.
+    person for a while, turns from the reference by no more than ``max_deviation``, and if after its
+    first command the brakes still help as much as now: the robot, braking hard, touches nothing
+    that people may do (accelerate, take a less likely way, turn back), or no sooner than if it
+    brakes hard at once. Who follows, or whom no braking avoids, vetoes nothing but while unaware of
+    the robot and about to walk into it. A stop need not be clear, but braking must still help.
     """
 
     def __init__(

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, unchecked
+from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.kernels import CACHED
@@ -120,34 +120,3 @@ def _shifted(inputs: Floats, step: float, elapsed: float) -> Floats:
                 slope = (inputs[j + 1, i] - inputs[j, i]) / ((j + 1) * step - j * step)
                 out[k, i] = slope * (time - j * step) + inputs[j, i]
     return out
-
-
-def with_reference_towards(
-    problem: LocalProblem, trajectory: Trajectory, share: float
-) -> LocalProblem:
-    """The problem with its reference moved towards a trajectory by ``share``."""
-    if share <= 0.0:
-        return problem
-    r, n_linear = problem.reference, problem.robot.motion_model.translating
-    poses, speeds = _blended(
-        r.poses, r.speeds, trajectory.poses, trajectory.inputs, n_linear, share
-    )
-    return unchecked(problem, reference=unchecked(r, poses=poses, speeds=speeds))
-
-
-@njit(**CACHED)
-def _blended(  # a kernel takes plain arrays
-    poses: Floats, speeds: Floats, to_poses: Floats, inputs: Floats, n_linear: int, share: float
-) -> tuple[Floats, Floats]:
-    """(poses (N+1, 3), speeds (N+1,)) moved by ``share`` to others and to the inputs' speeds."""
-    new_poses, new_speeds = np.empty(poses.shape), np.empty(speeds.shape)
-    last = len(speeds) - 1
-    for k in range(last + 1):
-        for a in range(3):
-            new_poses[k, a] = poses[k, a] + share * (to_poses[k, a] - poses[k, a])
-        square = 0.0
-        for i in range(n_linear if k < last else 0):
-            square += inputs[k, i] * inputs[k, i]
-        speed = math.sqrt(square) if k < last else speeds[last]
-        new_speeds[k] = speeds[k] + share * (speed - speeds[k])
-    return new_poses, new_speeds

@@ -23,9 +23,9 @@ _SPACING = 0.1
 _MARGIN = 0.02
 """Gap of the line's clearance beyond the inscribed radius, m."""
 _FINAL_SPEED = 0.15
-"""Speed up to which a chair may be at the end of its path, m/s: it stops within 2 cm."""
+"""Speed up to which a chair may be at the end of its path, m/s: it brakes within 1 cm."""
 _REACTION = 0.15
-"""Time until the wheels follow a lower limit, s: a tick and the drive's lag."""
+"""Time until the wheels follow a lower limit, s: a tick and the drive's lag, 0.13 s, rounded up."""
 _AT_END = 0.02
 """Remaining length of a chair at the end of its path, m."""
 _AHEAD = 0.5

@@ -8,8 +8,8 @@ is kept from a person who walks at v, where s grows from ``standing`` to 1 at 0.
 :func:`oncoming_share`, σ the standard deviation of the predicted position, and ``extra`` a
 therapist's addition, which holds in full for standing people too. Terms and barriers read m(t),
 verification reads it without σ and o, and lets it grow with a person's pace, see
-``planner_memory.recent_paces``; comfort braking and the gate, which act last, keep ``CLOSEST`` of
-m(0). After the ride has stalled, the gap does not grow.
+``planner_memory.recent_paces``; comfort braking and the gate, which act last, keep
+s(v) · ``CLOSEST`` · now + extra. While the ride is stalled, the gap does not grow.
 """
 
 from __future__ import annotations

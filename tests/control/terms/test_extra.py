@@ -9,6 +9,7 @@ from cohelm.control import SsMpcDcbf
 from cohelm.control.stack import Terms
 from cohelm.control.terms import Barrier, WallBarrier, residual
 from cohelm.control.terms.extra import HEADING, SPEED, TANGENT, TIME, TURN, D, S, X, Y
+from cohelm.errors import ConfigError, ControlError
 from cohelm.testing.problems import random_problem
 from cohelm.testing.scenes import local_problem, walkers
 
@@ -86,12 +87,14 @@ def test_the_model_is_the_derivative_of_the_cost(motions):
 
 
 def test_it_holds_for_holonomic_robots(motions):
-    problem = motions.any_way(local_problem(steps=STEPS, step=0.2))
-    tables = motions.prepared(problem, current_input=np.zeros(3), extra_terms=[KeepRight()])
-    inputs = np.tile([0.4, 0.1, 0.05], (STEPS, 1))
-    space, _ = motions.linearised(tables, inputs)
-    numeric = motions.slope(lambda u: motions.cost_of(tables, u), inputs)
-    assert np.abs(space.program.gradient - numeric).max() < 1e-5
+    """Also in both directions of motion, on which the speed depends."""
+    problem = motions.any_way(local_problem(steps=STEPS, step=0.2, wanted=0.9))
+    terms = [Everything(), KeepRight()]
+    tables = motions.prepared(problem, current_input=np.zeros(3), extra_terms=terms)
+    for inputs in np.tile([[[0.4, 0.1, 0.05]], [[0.3, -0.4, 0.0]]], (1, STEPS, 1)):
+        space, _ = motions.linearised(tables, inputs)
+        numeric = motions.slope(lambda u, tables=tables: motions.cost_of(tables, u), inputs)
+        assert np.abs(space.program.gradient - numeric).max() < 1e-5
 
 
 def test_the_sqp_follows_it(motions):
@@ -153,3 +156,39 @@ def test_a_term_of_weight_0_changes_no_bit(planner):
     problem = ahead(planner, people=walkers([[3.0, 0.5, -0.5, 0.0]]))
     found = SsMpcDcbf(extra_terms=[KeepRight(0.0)]).plan(problem, None)
     assert found.inputs.tobytes() == planner.plan(problem, None).inputs.tobytes()
+
+
+class Renamed(KeepRight):
+    name = "progress"
+
+
+class NotCompiled(KeepRight):
+    name = "not_compiled"
+    residual = staticmethod(lambda p, z: 0.0)
+
+
+class Undefined(KeepRight):
+    name = "undefined"
+
+    def table(self, problem):
+        return np.array([np.nan, 0.4])
+
+
+@pytest.mark.parametrize(
+    ("terms", "message"),
+    [
+        (KeepRight(), "a list of terms"),
+        ([KeepRight], "no instance"),
+        ([KeepRight(), KeepRight()], "another term of the name 'keep_right'"),
+        ([Renamed()], "another term of the name 'progress'"),
+        ([NotCompiled()], "'not_compiled' is not made by @residual"),
+    ],
+)
+def test_a_term_that_cannot_work_is_refused(terms, message):
+    with pytest.raises(ConfigError, match=message):
+        SsMpcDcbf(extra_terms=terms)
+
+
+def test_a_table_without_numbers_is_an_error_and_no_stand(planner):
+    with pytest.raises(ControlError, match="'undefined' is not of finite numbers"):
+        SsMpcDcbf(extra_terms=[Undefined()]).plan(ahead(planner), None)

@@ -122,8 +122,8 @@ def _change_limits(
 ) -> tuple[float, float]:
     """(lowest, highest) change of input i at step k.
 
-    With a limit of jerk the acceleration changes by at most j·Δt, and it fades in time before the
-    robot stands or has its highest speed: a² ≤ 2 j |Δv|.
+    With a limit of jerk the acceleration changes by at most j·Δt, and braking fades in time before
+    the robot stands: a² ≤ 2 j |v|. It does not fade before the highest speed.
     """
     fall, rise = -robot.fall[i], robot.rise[i]
     if k == 0:

@@ -1,7 +1,8 @@
 """One arc rolled out through the scene, with its cost in seconds.
 
 Costs add up and none is negative, so an arc is abandoned as soon as it costs more than the best one
-by more than a window. The result does not depend on the order of the arcs.
+by more than a window; a perturbation also if it costs more than its base. The result does not
+depend on the order of the arcs.
 """
 
 from __future__ import annotations

@@ -43,7 +43,7 @@ class Sampling(Model):
     count: int = Field(160, ge=50, le=20_000)
     """Arcs of the table."""
     perturbations: int = Field(40, ge=0, le=1000)
-    """Perturbations of each of the best arcs, per round."""
+    """Perturbations of each of the best arcs and of the last plan, per round; at least two."""
     rounds: int = Field(1, ge=0, le=10)
     """Rounds of perturbation."""
 

@@ -16,7 +16,7 @@ from cohelm.control.scene import Scene
 from cohelm.kernels import KERNEL
 
 _APART = 0.2
-"""Arcs are different if their middles or ends are this far apart, m."""
+"""Arcs are different if their ends are this far apart, or half as far after a third, m."""
 
 
 class SearchBudget(NamedTuple):
@@ -254,11 +254,9 @@ def _cheapest_apart(s: _Search, arcs: int, count: int, limit: float) -> int:
         near = False
         for j in range(n):
             other = s.chosen[j]
-            middle = math.hypot(
-                s.marks[c, 0] - s.marks[other, 0], s.marks[c, 1] - s.marks[other, 1]
-            )
+            third = math.hypot(s.marks[c, 0] - s.marks[other, 0], s.marks[c, 1] - s.marks[other, 1])
             end = math.hypot(s.marks[c, 2] - s.marks[other, 2], s.marks[c, 3] - s.marks[other, 3])
-            near |= middle < 0.5 * _APART and end < _APART
+            near |= third < 0.5 * _APART and end < _APART
         if not near:
             s.chosen[n] = c
             n += 1
@@ -274,7 +272,7 @@ def _copy(source: Floats, target: Floats) -> None:
 
 @njit(**KERNEL)
 def _brake_step(scene: Scene, inputs: Floats, poses: Floats, k: int) -> None:
-    """Step ``k`` of comfort braking."""
+    """Step ``k`` of braking as plans do, by the table's deceleration."""
     robot, step, m = scene.robot, scene.step, inputs.shape[1]
     n_linear, square = robot.n_linear, 0.0
     for i in range(n_linear):
@@ -287,7 +285,8 @@ def _brake_step(scene: Scene, inputs: Floats, poses: Floats, k: int) -> None:
         else:
             remaining = max(abs(inputs[k - 1, i]) - robot.fall[i], 0.0)
             inputs[k, i] = math.copysign(remaining, inputs[k - 1, i])
-    cos, sin = math.cos(poses[k, 2]), math.sin(poses[k, 2])
+    heading = poses[k, 2] + scene.heading_lead * inputs[k, m - 1]
+    cos, sin = math.cos(heading), math.sin(heading)
     vy = inputs[k, 1] if n_linear > 1 else 0.0
     poses[k + 1, 0] = poses[k, 0] + step * (cos * inputs[k, 0] - sin * vy)
     poses[k + 1, 1] = poses[k, 1] + step * (sin * inputs[k, 0] + cos * vy)

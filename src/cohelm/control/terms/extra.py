@@ -33,6 +33,7 @@ from cohelm.arrays import Floats, Integers
 from cohelm.control.api import LocalProblem
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
+from cohelm.errors import ConfigError, ControlError
 from cohelm.kernels import KERNEL
 
 TIME, X, Y, HEADING, SPEED, TURN, S, D, TANGENT = range(9)
@@ -77,13 +78,41 @@ class ExtraTable(NamedTuple):
     """(5,) space for the derivatives of a residual."""
 
 
+def checked_terms(terms: Sequence[ExtraTerm], taken: Sequence[str]) -> tuple[ExtraTerm, ...]:
+    """Terms of one's own, each with a name that is not ``taken`` and a compiled residual.
+
+    Raises:
+        ConfigError: otherwise.
+    """
+    if not isinstance(terms, Sequence):
+        raise ConfigError(f"extra_terms: a list of terms, not {terms!r}")
+    names = list(taken)
+    for term in terms:
+        name = getattr(term, "name", None)
+        if isinstance(term, type) or not isinstance(name, str):
+            raise ConfigError(f"extra_terms: {term!r} is no instance of a term with a name")
+        if name in names:
+            raise ConfigError(f"extra_terms: there is another term of the name {name!r}")
+        if not hasattr(getattr(term, "residual", None), "address"):
+            raise ConfigError(f"extra_terms: the residual of {name!r} is not made by @residual")
+        names.append(name)
+    return tuple(terms)
+
+
 def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene) -> ExtraTable:
-    """The table of some terms."""
+    """The table of some terms.
+
+    Raises:
+        ControlError: Numbers of a term are not finite.
+    """
     numbers = [np.asarray(term.table(problem), dtype=float).ravel() for term in terms]
     width = max([1, *map(len, numbers)])
     parameters = np.zeros((len(terms), width))
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
+    if not np.isfinite(parameters).all():
+        row = int(np.argmin(np.isfinite(parameters).all(axis=1)))
+        raise ControlError(f"the table of the term {terms[row].name!r} is not of finite numbers")
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
     return ExtraTable(address, parameters, scene.step, np.empty(_SIZE), np.empty(5))
 
@@ -125,10 +154,11 @@ def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floa
 
 @njit(**KERNEL)
 def model(
-    t: ExtraTable, stage: Stage, turn: float, tangent: float, sign: float, q: LocalModel
+    t: ExtraTable, stage: Stage, u: Floats, n_linear: int, tangent: float, q: LocalModel
 ) -> None:
-    """Add the model of a stage; sign: of the speed's input."""
-    z, slope, last = t.state, t.slope, q.input_gradient.shape[1] - 1
+    """Add the model of the stage that the inputs ``u`` (m,) led to."""
+    z, slope, last = t.state, t.slope, u.shape[0] - 1
+    turn = u[last]
     cos, sin = math.cos(tangent), math.sin(tangent)
     for j in range(t.address.shape[0]):
         p = t.parameters[j].ctypes.data
@@ -149,7 +179,9 @@ def model(
         _fill(z, stage.k * t.step, stage, turn, tangent)
         r: float = _call(t.address[j], p, z.ctypes.data)
         add_square(q, stage.k, t.step, r, slope[0], slope[1], slope[2])
-        q.input_gradient[stage.k - 1, 0] += 2.0 * t.step * r * sign * slope[3]
-        q.input_curvature[stage.k - 1, 0] += 2.0 * t.step * slope[3] * slope[3]
+        for a in range(n_linear):  # ∂‖v‖/∂v_a; a robot that stands gains speed forward
+            share = u[a] / stage.speed if stage.speed > 0.0 else (1.0 if a == 0 else 0.0)
+            q.input_gradient[stage.k - 1, a] += 2.0 * t.step * r * share * slope[3]
+            q.input_curvature[stage.k - 1, a] += 2.0 * t.step * share * share * slope[3] * slope[3]
         q.input_gradient[stage.k - 1, last] += 2.0 * t.step * r * slope[4]
         q.input_curvature[stage.k - 1, last] += 2.0 * t.step * slope[4] * slope[4]

@@ -15,7 +15,7 @@ from cohelm.kernels import INNER, KERNEL
 
 NAME = "person_clearance"
 STANDS = 0.2
-"""A slower robot stands partly: its share of blame grows with its speed up to this, m/s."""
+"""Speed up to which the costs of people grow with the robot's, m/s."""
 
 
 class PersonClearance(Model):
@@ -40,7 +40,7 @@ class PersonClearanceTable(NamedTuple):
 
 
 @njit(**INNER)
-def share_of_blame(t: PersonClearanceTable, speed: float) -> float:
+def speed_share(t: PersonClearanceTable, speed: float) -> float:
     """Share of the costs of people at a speed of the robot."""
     return t.standing_share + (1.0 - t.standing_share) * min(speed / STANDS, 1.0)
 
