@@ -111,8 +111,8 @@ def extra_table(terms: Sequence[ExtraTerm], problem: LocalProblem, scene: Scene)
     for row, given in zip(parameters, numbers, strict=True):
         row[: len(given)] = given
     if not np.isfinite(parameters).all():
-        row = int(np.argmin(np.isfinite(parameters).all(axis=1)))
-        raise ControlError(f"the table of the term {terms[row].name!r} is not of finite numbers")
+        wrong = int(np.argmin(np.isfinite(parameters).all(axis=1)))
+        raise ControlError(f"the table of the term {terms[wrong].name!r} is not of finite numbers")
     address = np.array([term.residual.address for term in terms], dtype=np.int64)
     return ExtraTable(address, parameters, scene.step, np.empty(_SIZE), np.empty(5))
 
