@@ -2,6 +2,7 @@
 
 import { chair } from "./chair.svelte";
 import { t } from "./i18n/text.svelte";
+import { inputs } from "./input/live";
 import { link, PRICE_WITHIN } from "./link";
 import { selection } from "./mapSelection.svelte";
 import type { RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
@@ -217,7 +218,7 @@ export class Trip {
     // later: a STOP that comes after it must hold.
     // Who takes over a trip under way confirms apart: if this one were refused, that one would go on.
     if (!chair.state?.driver) link.send({ type: "take_control", confirm: !chair.state?.not_ready && !this.under });
-    else if (chair.driving && chair.state.link === "confirm" && !chair.state.not_ready) link.send({ type: "resume" });
+    else if (chair.driving && chair.state.link === "confirm") inputs.resume();
     const answer = await link.ask({ type: "set_goal", ...to, ...(wishes ? { wishes: [...wishes], choice } : {}) });
     selection.heed(answer);
     if (answer.type === "rejected") return;

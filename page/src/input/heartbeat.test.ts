@@ -28,6 +28,20 @@ describe("heartbeat", () => {
     expect(beats.map((beat) => beat.seq)).toEqual([...beats.keys()]);
   });
 
+  it("tells at once that the page is alive, before what counts only then", () => {
+    heart.assure();
+    expect(beats).toEqual([]); // not connected
+    heart.connected();
+    vi.advanceTimersByTime(70);
+    heart.assure();
+    expect(beats.map((beat) => beat.sent)).toEqual([0, 70]);
+    vi.advanceTimersByTime(100);
+    expect(beats.at(-1)).toMatchObject({ seq: 2, sent: 170 });
+    heart.present(false);
+    heart.assure();
+    expect(beats.at(-1)).toMatchObject({ seq: 3, visible: false });
+  });
+
   it("tells a change at once", () => {
     heart.connected();
     vi.advanceTimersByTime(50);

@@ -66,6 +66,12 @@ export class Heartbeat {
     if (this.open) this.beat();
   }
 
+  /** Right before a message that counts only from a page that is heard: after a moment in which the
+   * page was busy, a press overtakes the steady beat. */
+  assure(): void {
+    if (this.open && this.visible) this.beat();
+  }
+
   private beat(): void {
     const { at, device, visible } = this;
     const sent = this.now();

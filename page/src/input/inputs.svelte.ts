@@ -90,6 +90,7 @@ export class Inputs {
 
   resume(): void {
     if (this.chair.state?.not_ready) return;
+    this.#pulse.assure();
     this.line.send({ type: "resume" });
   }
 
