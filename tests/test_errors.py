@@ -81,9 +81,13 @@ def test_a_blocked_goal_carries_its_evidence():
     assert str(error) == "the goal (1.00, 2.00) has 0.12 m of clearance, the robot needs 0.35 m"
 
 
-def test_a_point_inside_a_wall_has_no_clearance_rather_than_less():
+def test_a_point_inside_a_wall_is_said_to_be_there():
     error = errors.StartBlocked(point=(0.0, 0.0), clearance=-0.4, needed=0.35)
-    assert "has 0.00 m of clearance" in str(error)
+    assert "lies in a wall or an obstacle, the robot needs 0.35 m of clearance" in str(error)
+    error = errors.GoalBlocked(
+        point=(0.0, 0.0), clearance=0.0, needed=0.35, because="a keepout zone"
+    )
+    assert "the goal (0.00, 0.00) lies in a keepout zone" in str(error)
 
 
 def test_no_path_and_outside_say_where():

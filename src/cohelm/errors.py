@@ -146,12 +146,14 @@ class _BlockedPoint(PlanningError):
         self.clearance = clearance
         self.needed = needed
         self.because = because
-        x, y = point
-        super().__init__(
-            f"the {self.what} ({x:.2f}, {y:.2f}) has {max(clearance, 0.0):.2f} m of clearance"
-            + (f" from {because}" if because else "")
-            + f", the robot needs {needed:.2f} m"
-        )
+        where = f"the {self.what} ({point[0]:.2f}, {point[1]:.2f})"
+        if clearance > 0.0:
+            beside = f" from {because}" if because else ""
+            text = f"has {clearance:.2f} m of clearance{beside}, the robot needs {needed:.2f} m"
+        else:
+            inside = because or "a wall or an obstacle"
+            text = f"lies in {inside}, the robot needs {needed:.2f} m of clearance"
+        super().__init__(f"{where} {text}")
 
 
 class StartBlocked(_BlockedPoint):

@@ -106,6 +106,7 @@ def test_an_image_that_is_none(refused, another_map, tmp_path):
 
 
 def test_a_map_of_ones_own_needs_both_ends(refused, room):
+    assert "--map: no file missing.yaml" in refused("run", "hospital", "--map", "missing.yaml")
     assert "--start" in refused("run", "hospital", "--map", room)
     assert "--goal" in refused("run", "hospital", "--map", room, "--start=-4,0")
 

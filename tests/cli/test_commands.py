@@ -79,6 +79,26 @@ def test_a_table_ends_with_the_outcome(cohelm):
     assert cohelm(*SHORT, "-q")[1] == "outcome: timeout\n"
 
 
+def test_a_collision_says_when_where_and_with_what(cohelm):
+    blind = ("--planner", "path_follower", "--set", "gate.separation=false")
+    code, out, _ = cohelm("run", "aggressive", *blind)
+    assert code == 1
+    assert out.splitlines()[-1] == "outcome: collision"
+    found = re.search(
+        r"at (\S+) s: the chair touched a person at (\S+) m/s, at \((\S+), (\S+)\)", out
+    )
+    report = json.loads(cohelm("run", "aggressive", *blind, "--json")[1])
+    assert float(found[1]) == pytest.approx(report["simulated_time"], abs=0.05)
+    assert float(found[2]) > 0.0
+    assert 2.0 < float(found[3]) < 12.0
+
+
+def test_who_touches_a_standing_chair_is_reported(cohelm):
+    code, out, _ = cohelm("run", "aggressive", "--seed", "1", "--planner", "mpc")
+    assert code == 0
+    assert out.count("somebody touched the standing chair") >= 1
+
+
 def test_options_change_the_scenario(cohelm):
     options = ("--mode", "autonomous", "--rider", "idle", "--method", "astar", "--people", "2")
     report = json.loads(cohelm(*SHORT, *options, "--planner", "path_follower", "--json")[1])

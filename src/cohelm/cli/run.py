@@ -205,6 +205,8 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
         for stop in stops:
             reason = f"{stop.reason.sentence} ({stop.reason.value})"
             print_line(f"at {stop.time:.1f} s, for {stop.duration:.1f} s: {reason}")
+        for line in _contacts(ride):
+            print_line(line)
         for line in _map_notes(ride):
             print_line(line)
         for file in (request.plot, request.animate, request.record, request.out):
@@ -212,6 +214,21 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
                 print_line(f"written: {file}")
         OUTPUT.print(_summary(measure(ride)))
     sys.stdout.write(f"outcome: {ride.outcome.value}\n")
+
+
+def _contacts(ride: Ride) -> list[str]:
+    """Sentences on what the chair touched, and on people who walked into it while it stood."""
+    touched_while_standing = ride.hit_standing.any(axis=1)
+    begun = touched_while_standing & np.diff(touched_while_standing, prepend=False)
+    lines = [f"at {time:.1f} s: somebody touched the standing chair" for time in ride.time[begun]]
+    if ride.outcome is Outcome.COLLISION:
+        touched = "a wall or an obstacle" if ride.hit_wall[-1] else "a person"
+        speed, (x, y, _) = float(np.hypot(*ride.twist[-1, :2])), ride.pose[-1]
+        lines.append(
+            f"at {ride.time[-1]:.1f} s: the chair touched {touched} at {speed:.2f} m/s, "
+            f"at ({x:.2f}, {y:.2f})"
+        )
+    return lines
 
 
 def _map_notes(ride: Ride) -> list[str]:

@@ -111,6 +111,8 @@ def _option_for(request: RunRequest, key: str) -> str | None:
 def _on_map(base: Scenario, request: RunRequest) -> dict[str, Any]:
     """Changes that move a scenario to another map: everything with a position is dropped."""
     if request.start is None or request.goal is None:
+        if not Path(request.map or "").exists():
+            raise ConfigError(f"no file {request.map}", key="--map")
         raise ConfigError("a map of your own needs --start x,y and --goal x,y", key="--map")
     people = base.people.model_dump(
         mode="json", exclude={"pedestrians", "grouped", "groups", "flows"}

@@ -29,10 +29,10 @@ True
 A problem without a solution is an error with the reason:
 
 >>> build("global_planners", "astar").plan(
-...     RouteProblem(grid=problem.grid, robot=problem.robot, start=[2.0, 4.8], goal=[8.0, 5.0])
+...     RouteProblem(grid=problem.grid, robot=problem.robot, start=[2.0, 4.8], goal=[8.0, 6.7])
 ... )
 Traceback (most recent call last):
-cohelm.errors.GoalBlocked: the goal (8.00, 5.00) has 0.00 m of clearance, the robot needs 0.30 m
+cohelm.errors.GoalBlocked: the goal (8.00, 6.70) has 0.23 m of clearance, the robot needs 0.30 m
 """
 
 from cohelm.planning.alternatives.alternatives import (
