@@ -83,7 +83,7 @@ def test_a_blocked_goal_carries_its_evidence():
 
 def test_a_point_inside_a_wall_is_said_to_be_there():
     error = errors.StartBlocked(point=(0.0, 0.0), clearance=-0.4, needed=0.35)
-    assert "lies in a wall or an obstacle, the robot needs 0.35 m of clearance" in str(error)
+    assert "lies in a wall, an obstacle or unknown space, the robot needs 0.35 m" in str(error)
     error = errors.GoalBlocked(
         point=(0.0, 0.0), clearance=0.0, needed=0.35, because="a keepout zone"
     )

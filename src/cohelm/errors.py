@@ -151,7 +151,7 @@ class _BlockedPoint(PlanningError):
             beside = f" from {because}" if because else ""
             text = f"has {clearance:.2f} m of clearance{beside}, the robot needs {needed:.2f} m"
         else:
-            inside = because or "a wall or an obstacle"
+            inside = because or "a wall, an obstacle or unknown space"
             text = f"lies in {inside}, the robot needs {needed:.2f} m of clearance"
         super().__init__(f"{where} {text}")
 

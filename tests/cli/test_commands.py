@@ -88,7 +88,7 @@ def test_a_collision_says_when_where_and_with_what(cohelm):
         r"at (\S+) s: the chair touched a person at (\S+) m/s, at \((\S+), (\S+)\)", out
     )
     report = json.loads(cohelm("run", "aggressive", *blind, "--json")[1])
-    assert float(found[1]) == pytest.approx(report["simulated_time"], abs=0.05)
+    assert float(found[1]) == pytest.approx(report["simulated_time"], abs=0.06)
     assert float(found[2]) > 0.0
     assert 2.0 < float(found[3]) < 12.0
 
@@ -96,7 +96,7 @@ def test_a_collision_says_when_where_and_with_what(cohelm):
 def test_who_touches_a_standing_chair_is_reported(cohelm):
     code, out, _ = cohelm("run", "aggressive", "--seed", "1", "--planner", "mpc")
     assert code == 0
-    assert out.count("somebody touched the standing chair") >= 1
+    assert out.count("a person touched the chair while it stood") >= 1
 
 
 def test_options_change_the_scenario(cohelm):

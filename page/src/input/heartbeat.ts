@@ -66,8 +66,8 @@ export class Heartbeat {
     if (this.open) this.beat();
   }
 
-  /** Right before a message that counts only from a page that is heard: after a moment in which the
-   * page was busy, a press overtakes the steady beat. */
+  /** Send a beat before a message that counts only from a page that is heard: after a moment in which
+   * the page was busy, a press overtakes the steady beat. */
   assure(): void {
     if (this.open && this.visible) this.beat();
   }

@@ -16,6 +16,9 @@ const EVERY = 20;
 /** A page in front that drives and is not heard for longer than this connects anew, ms (assumed):
  * after its clock stood still, the chair takes every beat of the old connection for a late one. */
 const UNHEARD = 2_000;
+/** A state older than this is confirmed no more, ms (assumed); less than the silence of 2 s after which
+ * the chair itself asks for a confirmation. */
+const SHOWN = 1_000;
 /** Until the chair says otherwise. */
 const DEAD_ZONE = 0.08;
 
@@ -88,8 +91,13 @@ export class Inputs {
     this.stopping();
   }
 
+  /** Confirm that the chair may move, if the rider has just been shown that it waits for that.
+   *
+   * After a moment in which the page was busy the chair may have stopped, and the page not know it. */
   resume(): void {
-    if (this.chair.state?.not_ready) return;
+    const { state, came } = this.chair;
+    if (state?.link !== "confirm" || state.not_ready || performance.now() - came > SHOWN) return;
+    for (const pad of connectedPads(navigator)) this.#arbitrate(`gamepad:${pad.index}`, padDeflection(pad));
     this.#pulse.assure();
     this.line.send({ type: "resume" });
   }

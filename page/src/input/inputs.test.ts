@@ -216,8 +216,23 @@ describe("stick and gamepad", () => {
     pads = [pad(0, [1])];
     pass(400);
     expect(count("stop")).toBe(1);
+    state({ link: "confirm" });
     pads = [pad(0, [9])];
     pass(400);
+    expect(count("resume")).toBe(1);
+  });
+
+  it("confirms what was shown just now, after a beat, and nothing else", () => {
+    inputs.resume();
+    expect(count("resume")).toBe(0); // ready: the chair waits for nothing
+    pads = [pad(0)];
+    pass(40);
+    state({ link: "confirm" });
+    pads = [pad(1)]; // since the last look: the chair sees that the stick is held
+    inputs.resume();
+    expect(sent.slice(-2)).toMatchObject([{ type: "heartbeat", forward: 1 }, { type: "resume" }]);
+    pass(1_100); // without a state, as of a page that was busy
+    inputs.resume();
     expect(count("resume")).toBe(1);
   });
 

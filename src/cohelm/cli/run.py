@@ -32,6 +32,7 @@ from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome, Ride, measure, timing
 from cohelm.evaluation import run as run_scenario
 from cohelm.evaluation.metrics.measures import measure_info
+from cohelm.evaluation.sweeps.ride_task import speed_where
 from cohelm.scenarios import Scenario
 
 SUMMARY = ("time", "min_distance", "stop_rate", "jerk_rms", "rider_effort")
@@ -217,16 +218,20 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
 
 
 def _contacts(ride: Ride) -> list[str]:
-    """Sentences on what the chair touched, and on people who walked into it while it stood."""
-    touched_while_standing = ride.hit_standing.any(axis=1)
-    begun = touched_while_standing & np.diff(touched_while_standing, prepend=False)
-    lines = [f"at {time:.1f} s: somebody touched the standing chair" for time in ride.time[begun]]
+    """Sentences on what the chair touched, and on people who touched it while it stood."""
+    before = np.vstack([np.zeros_like(ride.hit_standing[:1]), ride.hit_standing[:-1]])
+    begun, _ = np.nonzero(ride.hit_standing & ~before)
+    lines = [
+        f"at {time:.1f} s: a person touched the chair while it stood" for time in ride.time[begun]
+    ]
     if ride.outcome is Outcome.COLLISION:
-        touched = "a wall or an obstacle" if ride.hit_wall[-1] else "a person"
-        speed, (x, y, _) = float(np.hypot(*ride.twist[-1, :2])), ride.pose[-1]
+        last = np.arange(len(ride.time)) == len(ride.time) - 1
+        hits = {"a person": ride.hit_moving[-1].any(), "a wall or an obstacle": ride.hit_wall[-1]}
+        touched = " and ".join(what for what, hit in hits.items() if hit)
+        x, y = ride.pose[-1, :2]
         lines.append(
-            f"at {ride.time[-1]:.1f} s: the chair touched {touched} at {speed:.2f} m/s, "
-            f"at ({x:.2f}, {y:.2f})"
+            f"at {ride.time[-1]:.1f} s: the chair touched {touched} "
+            f"at {speed_where(ride, last):.2f} m/s, at ({x:.2f}, {y:.2f})"
         )
     return lines
 

@@ -161,11 +161,13 @@ def _ends(problem: RouteProblem, costmap: Costmap) -> tuple[tuple[int, int], tup
         needed = problem.robot.inscribed_radius
         raise StartBlocked(point=as_pair(problem.start), clearance=clearance, needed=needed)
     if costmap.cost[goal[0], goal[1]] >= INSCRIBED:
+        rule = _rule_at_goal(problem, costmap, (int(goal[0]), int(goal[1])))
+        clearance = costmap.clearance if rule else costmap.walls
         raise GoalBlocked(
             point=as_pair(problem.goal),
-            clearance=float(costmap.clearance[goal[0], goal[1]]),
+            clearance=float(clearance[goal[0], goal[1]]),
             needed=costmap.radius,
-            because=_rule_at_goal(problem, costmap, (int(goal[0]), int(goal[1]))),
+            because=rule,
         )
     return (int(start[0]), int(start[1])), (int(goal[0]), int(goal[1]))
 
