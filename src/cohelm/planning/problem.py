@@ -162,10 +162,10 @@ def _ends(problem: RouteProblem, costmap: Costmap) -> tuple[tuple[int, int], tup
         raise StartBlocked(point=as_pair(problem.start), clearance=clearance, needed=needed)
     if costmap.cost[goal[0], goal[1]] >= INSCRIBED:
         rule = _rule_at_goal(problem, costmap, (int(goal[0]), int(goal[1])))
-        clearance = costmap.clearance if rule else costmap.walls
+        gaps = costmap.clearance if rule else costmap.walls
         raise GoalBlocked(
             point=as_pair(problem.goal),
-            clearance=float(clearance[goal[0], goal[1]]),
+            clearance=float(gaps[goal[0], goal[1]]),
             needed=costmap.radius,
             because=rule,
         )
