@@ -100,17 +100,20 @@ def test_keepout_masks_that_leave_no_way_are_named():
 def test_a_goal_in_a_rule_says_which():
     given_ = problem(CORRIDORS, FROM, TO)
     zone = dataclasses.replace(given_, wishes=(avoid(TO, radius=0.1, hard=True),))
-    with pytest.raises(GoalBlocked, match="from a zone to avoid"):
+    with pytest.raises(GoalBlocked, match="lies in a zone to avoid"):
         prepare(zone, P)
     everywhere = OccupancyGrid(
         data=np.array([[OCCUPIED]]), resolution=2.0, X_MG=np.array([12, 4, 0])
     )
     masked = dataclasses.replace(given_, filters=(keepout(everywhere),))
-    with pytest.raises(GoalBlocked, match="from a keepout zone"):
+    with pytest.raises(GoalBlocked, match="lies in a keepout zone"):
         prepare(masked, P)
     wall = problem(CORRIDORS, FROM, (7.0, 4.0))
-    with pytest.raises(GoalBlocked, match=r"clearance, the robot"):
+    with pytest.raises(GoalBlocked, match="lies in a wall"):
         prepare(wall, P)
+    beside_wall = dataclasses.replace(zone, goal=np.array([7.0, 4.0]))
+    with pytest.raises(GoalBlocked, match="lies in a wall"):
+        prepare(beside_wall, P)
 
 
 @pytest.mark.parametrize("rule", ["zone", "mask"])
