@@ -102,6 +102,12 @@ print(len(names), sorted(names))
     env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
     compiled = subprocess.run([*COMMAND, "compile"], env=env, check=True, capture_output=True)
     assert b"compiled " in compiled.stdout
+    # one signature each, but for small helpers that are called with more than one type
+    copies = [
+        len(list(index.parent.glob(f"{index.stem}.*.nbc"))) for index in tmp_path.rglob("*.nbi")
+    ]
+    assert len(copies) > 300
+    assert sum(copies) - len(copies) <= 20
     ride = [sys.executable, "-c", script.format("")]
     done = subprocess.run(ride, env=env, check=True, capture_output=True, text=True)
     number = int(done.stdout.splitlines()[-1].split()[0])
