@@ -19,8 +19,8 @@ beforeEach(() => {
 const stick = () => screen.getByTestId("joystick");
 
 /** As jsdom has no pointers of its own. */
-async function pointer(name: string, id: number, x: number, y: number, button = 0): Promise<void> {
-  const event = new MouseEvent(name, { bubbles: true, cancelable: true, clientX: x, clientY: y, button });
+async function pointer(name: string, id: number, x: number, y: number, button = 0, buttons = 0): Promise<void> {
+  const event = new MouseEvent(name, { bubbles: true, cancelable: true, clientX: x, clientY: y, button, buttons });
   await fireEvent(stick(), Object.assign(event, { pointerId: id }));
 }
 
@@ -53,6 +53,14 @@ describe("joystick", () => {
     await pointer("pointermove", 2, 0, 0);
     await pointer("pointerup", 2, 0, 0);
     expect(pulled.at(-1)).toEqual({ forward: 1, left: 0 });
+  });
+
+  it("is let go with the main button, though another one is held", async () => {
+    await pointer("pointerdown", 1, 50, 50, 0, 1);
+    await pointer("pointermove", 1, 50, 14, 2, 3);
+    expect(pulled.at(-1)).toEqual({ forward: 1, left: 0 });
+    await pointer("pointermove", 1, 50, 14, 0, 2);
+    expect(pulled.at(-1)).toEqual(CENTRE);
   });
 
   it("is let go when the page is left", async () => {

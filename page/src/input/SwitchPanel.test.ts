@@ -22,10 +22,14 @@ const state = (now: Partial<ChairState>) =>
 const words = () => screen.getByTestId("scan").textContent;
 
 async function show(count: 1 | 2): Promise<void> {
-  inputs.scanner.change({ count });
+  inputs.scanner.change({ count, bounce: 0 }); // no time passes between clicks
   render(SwitchPanel, { inputs });
   await Promise.resolve();
 }
+
+/** As jsdom has no pointers of its own. */
+const pointer = (element: HTMLElement, name: string, button: number, buttons: number) =>
+  fireEvent(element, Object.assign(new MouseEvent(name, { bubbles: true, button, buttons }), { pointerId: 1 }));
 
 describe("panel of the switches", () => {
   it("has one large button for one switch, two for two", async () => {
@@ -61,6 +65,22 @@ describe("panel of the switches", () => {
     await fireEvent.click(screen.getByRole("button", { name: /Stop/ }));
     expect(sent).toContainEqual({ type: "stop" });
     expect(words()).toBe("Press to STOP");
+  });
+
+  it("is STOP with another mouse button latched, for which the browser tells of a movement", async () => {
+    state({ speed: 0.5 });
+    await show(2);
+    const stop = () => sent.filter((message) => message.type === "stop").length;
+    for (const [n, choose] of screen.getAllByRole("button", { name: /Stop/ }).entries()) {
+      await pointer(choose, "pointerdown", 2, 2);
+      expect(stop()).toBe(n);
+      await pointer(choose, "pointermove", -1, 2);
+      await pointer(choose, "pointermove", 0, 3);
+      expect(stop()).toBe(n + 1);
+      await pointer(choose, "pointermove", 0, 2);
+      await pointer(choose, "pointerup", 2, 0);
+      expect(stop()).toBe(n + 1);
+    }
   });
 
   it("offers no direction that would do nothing", async () => {

@@ -74,6 +74,14 @@ describe("arbiter", () => {
     expect(heeded(read(left, "gamepad:0", LEFT, ZONE)).at).toBe(CENTRE);
   });
 
+  it("needs the centre of one source that looks dead, and leaves the other to steer", () => {
+    const two = after(["gamepad:0", CENTRE], ["keys", CENTRE], ["gamepad:0", AHEAD]);
+    const dead = dropped(two, "gamepad:0");
+    expect(heeded(dead)).toEqual({ at: CENTRE, device: "none", waiting: ["gamepad:0"] });
+    expect(heeded(read(dead, "keys", LEFT, ZONE))).toEqual({ at: LEFT, device: "keys", waiting: ["gamepad:0"] });
+    expect(heeded(dropped(read(dead, "keys", LEFT, ZONE), "gamepad:0")).at).toBe(LEFT);
+  });
+
   it("is never steered by anything but one source's own deflection", () => {
     // Any order of readings: what goes out is the centre, or what one source says just now.
     let seed = 7;

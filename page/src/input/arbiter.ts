@@ -7,8 +7,8 @@ export type Device = ChairState["device"];
 
 interface Stick {
   readonly at: Deflection;
-  /** Seen at its centre since it was connected, since the page was left, and since it last
-   * moved out of turn: only then does it count. */
+  /** Seen at its centre since it was connected, since the page was left, since it looked dead, and
+   * since it last moved out of turn: only then does it count. */
   readonly armed: boolean;
 }
 
@@ -57,10 +57,11 @@ export function gone(was: Arbiter, source: Source): Arbiter {
   return { control: was.control === source ? null : was.control, sticks };
 }
 
-/** The page was left: nobody steers, and every source has to show its centre again. */
-export function dropped(was: Arbiter): Arbiter {
-  const sticks = new Map([...was.sticks].map(([s, stick]) => [s, { ...stick, armed: false }]));
-  return { control: null, sticks };
+/** The page was left, or one source looks dead: it does not steer, and has to show its centre again. */
+export function dropped(was: Arbiter, only?: Source): Arbiter {
+  const drops = (source: Source | null) => only === undefined || source === only;
+  const sticks = new Map([...was.sticks].map(([s, stick]) => [s, drops(s) ? { ...stick, armed: false } : stick]));
+  return { control: drops(was.control) ? null : was.control, sticks };
 }
 
 /** Deflection sent to the chair, and the sources that must be released first. */

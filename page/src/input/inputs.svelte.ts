@@ -6,7 +6,9 @@ import { dropped, gone, NOBODY, read, steering, type Arbiter, type Source, type 
 import { CENTRE, type Deflection } from "./deflection";
 import { Heartbeat } from "./heartbeat";
 import { isControl, isTyped, keyed, NO_KEYS, pressed, released, steers, type Keys } from "./keys";
-import { connectedPads, newlyPressed, padButtons, padDeflection, type PadButtons } from "./pads";
+import {
+  connectedPads, isFrozen, newlyPressed, padDeflection, padReading, withStartDown, type Pad, type PadReading,
+} from "./pads";
 import { watchPresence } from "./presence";
 import { Scanner } from "./scanner.svelte";
 import { isMoving, isOver, pushed, type Direction, type Push } from "./switches";
@@ -37,6 +39,8 @@ export class Inputs {
   present = $state(true);
   /** Number of connected gamepads. */
   pads = $state(0);
+  /** True if a deflected gamepad is not heeded because it looks dead. */
+  frozen = $state(false);
   /** A direction that a switch drives. */
   push = $state.raw<Push | null>(null);
   readonly scanner: Scanner;
@@ -46,7 +50,7 @@ export class Inputs {
   #arbiter: Arbiter = NOBODY;
   #keys: Keys = NO_KEYS;
   #spaceStopped = false;
-  #buttons = new Map<number, PadButtons>();
+  #readings = new Map<number, PadReading>();
   #pulse: Heartbeat;
   /** Since when the chair does not hear this page, ms; null: it does, or need not. */
   #unheard: number | null = null;
@@ -118,7 +122,7 @@ export class Inputs {
   /** Reads every device that does not speak up by itself. */
   look(): void {
     const now = performance.now();
-    this.#lookAtPads();
+    this.#lookAtPads(now);
     this.#arbitrate("keys", keyed(this.#keys, now));
     if (this.push && (isOver(this.push, now) || this.chair.state?.link !== "ready")) {
       this.push = null;
@@ -137,22 +141,32 @@ export class Inputs {
     this.line.again();
   }
 
-  #lookAtPads(): void {
+  #lookAtPads(now: number): void {
     const pads = connectedPads(navigator);
     if (pads.length !== this.pads) this.pads = pads.length;
-    for (const index of this.#buttons.keys()) {
+    for (const index of this.#readings.keys()) {
       if (pads.some((pad) => pad.index === index)) continue;
-      this.#buttons.delete(index);
+      this.#readings.delete(index);
       this.#arbiter = gone(this.#arbiter, `gamepad:${index}`);
       this.#tell();
     }
-    for (const pad of pads) {
-      const pressed = newlyPressed(pad, this.#buttons.get(pad.index));
-      this.#buttons.set(pad.index, padButtons(pad));
-      this.#arbitrate(`gamepad:${pad.index}`, padDeflection(pad));
-      if (pressed.stop) this.stop();
-      else if (pressed.resume && this.present) this.resume();
-    }
+    const dead = pads.filter((pad) => this.#lookAt(pad, now)).map((pad): Source => `gamepad:${pad.index}`);
+    this.frozen = dead.some((source) => this.steering.waiting.includes(source));
+  }
+
+  /** True if it looks dead. */
+  #lookAt(pad: Pad, now: number): boolean {
+    const source: Source = `gamepad:${pad.index}`;
+    const was = this.#readings.get(pad.index);
+    const reading = padReading(pad, was, now);
+    this.#readings.set(pad.index, reading);
+    const frozen = isFrozen(pad, reading, now);
+    if (frozen) this.#arbiter = dropped(this.#arbiter, source);
+    this.#arbitrate(source, padDeflection(pad));
+    const pressed = newlyPressed(pad, was);
+    if (pressed.stop) this.stop();
+    else if (pressed.resume && this.present) this.resume();
+    return frozen;
   }
 
   #arbitrate(source: Source, at: Deflection): void {
@@ -179,6 +193,7 @@ export class Inputs {
       this.push = null;
       this.#arbiter = dropped(this.#arbiter);
     }
+    for (const [index, reading] of this.#readings) this.#readings.set(index, withStartDown(reading));
     this.present = present;
     this.#pulse.present(present);
     for (const source of ["joystick", "keys", "switch"] as const) this.#arbitrate(source, CENTRE);
@@ -191,13 +206,13 @@ export class Inputs {
       return;
     }
     if (this.scanner.keyDown(event)) return;
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { driving } = this.chair;
-    if (driving && event.code === "Space" && this.#stops(event.target)) {
+    const modified = event.ctrlKey || event.metaKey || event.altKey;
+    if (driving && event.code === "Space" && this.#stops(event.target, modified)) {
       event.preventDefault();
       this.#spaceStopped = true;
       if (!event.repeat) this.stop();
-    } else if (steers(event.code) && !isTyped(event.target)) {
+    } else if (!modified && steers(event.code) && !isTyped(event.target)) {
       if (driving) event.preventDefault();
       if (event.repeat) return;
       // Recorded even before the page knows that it drives: the state that says so may arrive after
@@ -209,9 +224,10 @@ export class Inputs {
   }
 
   /** Space belongs to the control that has the focus; of a moving chair it is STOP all the same,
-   * for the button that was pressed last keeps the focus. What is typed stays typed. */
-  #stops(target: EventTarget | null): boolean {
-    return isMoving(this.chair.state) ? !isTyped(target) : !isControl(target);
+   * for the button that was pressed last keeps the focus, and Ctrl or Alt may be latched. What is
+   * typed stays typed. */
+  #stops(target: EventTarget | null, modified: boolean): boolean {
+    return isMoving(this.chair.state) ? !isTyped(target) : !modified && !isControl(target);
   }
 
   #keyUp(event: KeyboardEvent): void {

@@ -63,12 +63,13 @@ const key = (name: "keydown" | "keyup", code: string, more: KeyboardEventInit = 
 const last = () => sent.filter((message): message is Heartbeat => message.type === "heartbeat").at(-1)!;
 const count = (type: string) => sent.filter((message) => message.type === type).length;
 const pass = (time: number) => vi.advanceTimersByTime(time);
-const pad = (forward: number, down: number[] = []): Pad => ({
-  index: 0,
+const pad = (forward: number, down: number[] = [], index = 0): Pad => ({
+  index,
   connected: true,
   mapping: "standard",
+  timestamp: 0,
   axes: [0, -forward],
-  buttons: Array.from({ length: 17 }, (_, n) => ({ pressed: down.includes(n) })),
+  buttons: Array.from({ length: 17 }, (_, n) => ({ pressed: down.includes(n), value: 0 })),
 });
 
 describe("a page that is not heard", () => {
@@ -163,6 +164,15 @@ describe("keys", () => {
     expect(key("keyup", "Space").defaultPrevented).toBe(false);
   });
 
+  it("stop a moving chair by Space while Ctrl or Alt is latched", () => {
+    key("keydown", "Space", { altKey: true });
+    expect(count("stop")).toBe(0); // of a standing chair it is the browser's
+    state({ speed: 0.4 });
+    key("keydown", "Space", { altKey: true });
+    key("keydown", "Space", { ctrlKey: true });
+    expect(count("stop")).toBe(2);
+  });
+
   it("tell the chair truly that they are still held after STOP", () => {
     key("keydown", "ArrowUp");
     pass(600);
@@ -220,6 +230,65 @@ describe("stick and gamepad", () => {
     pads = [pad(0, [9])];
     pass(400);
     expect(count("resume")).toBe(1);
+  });
+
+  it("stops by each of a gamepad's buttons, whatever else is latched on it or on another one", () => {
+    pads = [pad(0), pad(0, [2], 1)];
+    pass(40);
+    expect(count("stop")).toBe(1); // held as it came
+    const held: number[] = [];
+    for (const [n, button] of [5, 0, 3, 1].entries()) {
+      held.push(button);
+      pads = [pad(0, held), pad(0, [2], 1)];
+      pass(1000);
+      expect(count("stop")).toBe(1 + n); // 5 is no STOP
+    }
+    pads = [pad(0, held), pad(0, [2, 3], 1)];
+    pass(1000);
+    expect(count("stop")).toBe(5);
+  });
+
+  it("goes on by a press of Start that it saw: not by one from before it came back", () => {
+    pads = [pad(0)];
+    pass(40);
+    window.dispatchEvent(new Event("blur"));
+    pass(100);
+    state({ link: "confirm" });
+    pads = [pad(0, [9])];
+    window.dispatchEvent(new Event("focus"));
+    pass(100);
+    expect(count("resume")).toBe(0);
+    pads = [pad(0, [])];
+    pass(100);
+    pads = [pad(0, [9])];
+    pass(100);
+    expect(count("resume")).toBe(1);
+  });
+
+  it("drops a gamepad that repeats itself, says so, and heeds it after its centre only", () => {
+    pads = [pad(0)];
+    pass(40);
+    pads = [pad(0.8)];
+    pass(4_900);
+    expect(last()).toMatchObject({ forward: 0.8, device: "gamepad" });
+    expect(inputs.frozen).toBe(false);
+    pass(300);
+    expect(last()).toMatchObject({ forward: 0, device: "none" });
+    expect(inputs.frozen).toBe(true);
+    pads = [pad(0.7)]; // it was only held still
+    pass(100);
+    expect(last().forward).toBe(0);
+    expect(inputs.frozen).toBe(false);
+    expect(inputs.steering.waiting).toEqual(["gamepad:0"]);
+    key("keydown", "ArrowUp");
+    pass(600);
+    expect(last()).toMatchObject({ forward: 1, device: "keys" });
+    key("keyup", "ArrowUp");
+    pads = [pad(0)];
+    pass(10_000);
+    pads = [pad(0.7)];
+    pass(100);
+    expect(last()).toMatchObject({ forward: 0.7, device: "gamepad" });
   });
 
   it("confirms what was shown just now, after a beat, and nothing else", () => {
@@ -303,6 +372,7 @@ describe("one switch", () => {
 
   it("drives what is chosen until it is pressed again", () => {
     press();
+    pass(100);
     press();
     pass(100);
     state({ speed: 0.3 });
@@ -320,6 +390,7 @@ describe("one switch", () => {
   it("drives only while held where that is wanted", () => {
     inputs.scanner.change({ hold: true });
     press();
+    pass(100);
     key("keydown", "Space");
     pass(500);
     expect(last().forward).toBe(0.6);
@@ -381,6 +452,7 @@ describe("two switches", () => {
     inputs.scanner.change({ count: 2 });
     pass(40);
     key("keydown", "Enter");
+    pass(100);
     key("keydown", "Enter");
     expect(inputs.scanner.lit?.label).toBe("B");
     pass(20_000);
@@ -390,5 +462,130 @@ describe("two switches", () => {
     state({ speed: 0.4 });
     key("keydown", "Enter");
     expect(count("stop")).toBe(1);
+  });
+});
+
+describe("a switch that bounces", () => {
+  beforeEach(() => {
+    document.body.innerHTML = `<button data-scan="drive">Forward</button><button data-scan>Go on</button><input data-scan>`;
+    document.querySelector("button")!.onclick = () => inputs.drive("forward");
+    document.querySelectorAll("button")[1]!.onclick = () => inputs.resume();
+    document.querySelector("input")!.onclick = (event) => (event.target as HTMLElement).focus();
+    inputs.scanner.change({ count: 1 });
+    pass(40);
+  });
+
+  /** The contact opens and closes again after these times, ms, and stays as it is. */
+  function bounces(name: "keydown" | "keyup", code: string, times: readonly number[]): void {
+    key(name, code);
+    let before = 0;
+    for (const [n, time] of times.entries()) {
+      pass(time - before);
+      before = time;
+      key(n % 2 === 0 ? (name === "keydown" ? "keyup" : "keydown") : name, code);
+    }
+    pass(200 - before);
+  }
+  const TRAINS = [[30, 31], [30, 80], [5, 12, 40, 45, 75, 80]];
+  const press = (code = "Space", train: readonly number[] = []) => {
+    bounces("keydown", code, train);
+    bounces("keyup", code, train);
+  };
+
+  it.each(TRAINS.map((train) => [train]))("drives on after the press that chose: %s", (train) => {
+    press("Space", train);
+    expect(inputs.push).toBeNull();
+    expect(inputs.scanner.lit?.label).toBe("Forward");
+    press("Space", train);
+    pass(1000);
+    expect(last()).toMatchObject({ forward: 0.6, device: "switch" });
+    key("keydown", "Space");
+    expect(last().forward).toBe(0); // at its first edge
+    pass(30);
+    key("keyup", "Space");
+    expect(inputs.push).toBeNull();
+  });
+
+  it.each(TRAINS.map((train) => [train]))("drives while it is held, and no longer: %s", (train) => {
+    inputs.scanner.change({ hold: true });
+    press("Space", train);
+    const letGo = vi.spyOn(inputs, "letGo");
+    bounces("keydown", "Space", train);
+    pass(1000);
+    expect(letGo).not.toHaveBeenCalled();
+    expect(last().forward).toBe(0.6);
+    key("keyup", "Space");
+    expect(last().forward).toBe(0);
+    key("keydown", "Space");
+    bounces("keyup", "Space", train);
+    pass(500);
+    expect(inputs.push).toBeNull(); // and nothing was chosen
+    expect(inputs.scanner.lit?.label).toBe("Forward");
+  });
+
+  it.each(TRAINS.map((train) => [train]))("stops at its first edge, and its bounces do not go on: %s", (train) => {
+    state({ speed: 0.5, goal: { name: "A", x: 0, y: 0 } });
+    document.querySelectorAll("button")[0]!.remove(); // “Go on” is the first item
+    pass(300);
+    key("keydown", "Space");
+    expect(count("stop")).toBe(1);
+    state({ link: "confirm" });
+    press("Space", train);
+    expect(count("resume")).toBe(0);
+    expect(count("stop")).toBe(1);
+  });
+
+  it("steps once with each press of two, and each stops for itself", () => {
+    inputs.scanner.change({ count: 2 });
+    press("Enter", [30, 80]);
+    press("Enter", [30, 80]);
+    expect(inputs.scanner.lit?.label).toBe("Go on");
+    key("keydown", "Enter");
+    state({ speed: 0.4 });
+    key("keydown", "Space");
+    expect(count("stop")).toBe(1); // whatever the other one just did, and though it is held
+    key("keyup", "Space");
+    pass(200);
+    key("keydown", "Space");
+    expect(count("stop")).toBe(2);
+  });
+
+  it("counts after a release that nobody saw, or that a field saw", () => {
+    inputs.scanner.change({ count: 2 });
+    press("Enter");
+    press("Enter");
+    press("Enter"); // the field
+    press("Space");
+    expect(document.activeElement?.tagName).toBe("INPUT");
+    state({ speed: 0.4 });
+    key("keydown", "Space"); // and never comes up
+    pass(200);
+    key("keydown", "Space");
+    expect(count("stop")).toBe(2);
+  });
+
+  it("counts, within the bounce time after its release, once the contact stays closed", () => {
+    press();
+    state({ speed: 0.4 });
+    key("keydown", "Space");
+    pass(150);
+    key("keyup", "Space");
+    pass(50);
+    key("keydown", "Space");
+    expect(count("stop")).toBe(1);
+    pass(60);
+    expect(count("stop")).toBe(2);
+  });
+
+  it("bounces for as long as is set", () => {
+    inputs.scanner.change({ bounce: 250 });
+    press("Space", [30, 180]);
+    press("Space", [30, 180]);
+    pass(500);
+    expect(inputs.push).not.toBeNull();
+    inputs.scanner.change({ bounce: 0 });
+    key("keydown", "Space");
+    key("keyup", "Space");
+    expect(inputs.push).toBeNull();
   });
 });

@@ -25,3 +25,17 @@ it("acts as the finger comes down, and the click that follows is the same press"
   button.click();
   expect(other).toHaveBeenCalledTimes(1);
 });
+
+it("acts at once too while another mouse button is held", () => {
+  const button = document.createElement("button");
+  const act = vi.fn();
+  press(button, act);
+  button.dispatchEvent(pointer("pointerdown", 2));
+  button.dispatchEvent(new MouseEvent("pointermove", { button: -1, buttons: 2 }));
+  expect(act).not.toHaveBeenCalled();
+  button.dispatchEvent(new MouseEvent("pointermove", { button: 0, buttons: 3 }));
+  expect(act).toHaveBeenCalledTimes(1);
+  button.dispatchEvent(new MouseEvent("pointermove", { button: 0, buttons: 2 }));
+  button.dispatchEvent(pointer("click"));
+  expect(act).toHaveBeenCalledTimes(1);
+});

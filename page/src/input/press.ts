@@ -11,16 +11,22 @@ export function press(node: HTMLElement, act: () => void): { destroy(): void; up
     touched = event.timeStamp;
     doing();
   };
+  // While another mouse button is held, the browser tells of this one as of a movement.
+  const chord = (event: PointerEvent) => {
+    if (event.buttons & 1) down(event);
+  };
   const click = (event: MouseEvent) => {
     const ofTouch = event.detail > 0 && event.timeStamp - touched < SAME_PRESS;
     if (!ofTouch) doing();
   };
   node.addEventListener("pointerdown", down);
+  node.addEventListener("pointermove", chord);
   node.addEventListener("click", click);
   return {
     update: (next) => (doing = next),
     destroy() {
       node.removeEventListener("pointerdown", down);
+      node.removeEventListener("pointermove", chord);
       node.removeEventListener("click", click);
     },
   };

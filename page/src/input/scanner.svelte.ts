@@ -4,12 +4,14 @@ import type { Inputs } from "./inputs.svelte";
 import { isTyped } from "./keys";
 import { reach, type Reached } from "./reach";
 import { begun, litOf, RESTING, selected, stepped, ticked, type Choice, type Scan } from "./scan";
-import { keepSwitches, keptSwitches, mayBeSwitch, meaning, type SwitchSettings } from "./switches";
+import {
+  closing, keepSwitches, keptSwitches, mayBeSwitch, meaning, OPEN, opening, settled, type Contact, type SwitchSettings,
+} from "./switches";
 
 export type Switch = "choose" | "step";
 
-/** A press so soon after one that let go is the same shaking hand, ms (assumed). */
-const BOUNCE = 150;
+/** A press of a switch so soon after it let go is the same shaking hand, ms (assumed). */
+const SHAKING = 150;
 /** Dwell until the chair says the rider's, s. */
 const DWELL = 1.2;
 /** Period of searching the page for reachable items, ms. */
@@ -25,7 +27,8 @@ export class Scanner {
   #scan: Scan = RESTING;
   #choices: readonly Reached[] = [];
   #searched = -Infinity;
-  #letGo = -Infinity;
+  #contacts: Readonly<Record<Switch, Contact>> = { choose: OPEN, step: OPEN };
+  #letGo: { readonly by: Switch; readonly at: number } | null = null;
   #marked: readonly HTMLElement[] = [];
   /** Number of switches that the therapist has set, as far as it was applied. */
   #prescribed: number | null = null;
@@ -45,6 +48,7 @@ export class Scanner {
   change(settings: Partial<SwitchSettings>): void {
     this.settings = { ...this.settings, ...settings };
     keepSwitches(this.settings);
+    this.#contacts = { choose: OPEN, step: OPEN };
     this.#scan = RESTING;
     this.#show();
   }
@@ -52,6 +56,8 @@ export class Scanner {
   tick(now: number): void {
     this.#prescribe();
     if (this.settings.count === 0) return;
+    this.#touch("choose", settled);
+    this.#touch("step", settled);
     if (now - this.#searched >= SEARCH) {
       this.#searched = now;
       this.#choices = reach(document);
@@ -72,15 +78,33 @@ export class Scanner {
     if (count !== null && count !== this.settings.count) this.change({ count });
   }
 
-  /** A switch goes down. While the chair moves any of them stops it. */
+  /** A switch's contact closes. */
   down(which: Switch): void {
+    this.#touch(which, closing);
+  }
+
+  /** A switch's contact opens. */
+  up(which: Switch): void {
+    this.#touch(which, opening);
+  }
+
+  #touch(which: Switch, change: typeof settled): void {
+    const was = this.#contacts[which];
+    const next = change(was, performance.now(), this.settings.bounce);
+    this.#contacts = { ...this.#contacts, [which]: next };
+    if (next.down && !(was.down && was.counted === next.counted)) this.#press(which);
+    else if (was.down && !next.down) this.#release(which);
+  }
+
+  /** While the chair moves any switch stops it. */
+  #press(which: Switch): void {
     const now = performance.now();
     const { inputs } = this;
     const means = this.meaning;
     if (means === "let-go") {
-      this.#letGo = now;
+      this.#letGo = { by: which, at: now };
       inputs.letGo();
-    } else if (now - this.#letGo < BOUNCE) {
+    } else if (this.#letGo?.by === which && now - this.#letGo.at < SHAKING) {
       return;
     } else if (means === "stop") {
       inputs.stop();
@@ -95,9 +119,9 @@ export class Scanner {
     this.#show();
   }
 
-  /** A switch comes up: where it drives only while it is held, that ends. */
-  up(): void {
-    if (this.settings.hold && this.inputs.push) this.inputs.letGo();
+  /** Where the switch that chooses drives only while it is held, that ends. */
+  #release(which: Switch): void {
+    if (which === "choose" && this.settings.hold && this.inputs.push) this.inputs.letGo();
   }
 
   /** True if the key belongs to a switch, or just became one. */
@@ -112,9 +136,9 @@ export class Scanner {
   }
 
   keyUp(event: KeyboardEvent): void {
-    if (!this.#switchOf(event)) return;
-    event.preventDefault(); // else a focused button is clicked as the key comes up
-    this.up();
+    if (this.#switchOf(event)) event.preventDefault(); // else a focused button is clicked as the key comes up
+    const which = this.#named(event.code);
+    if (which) this.up(which); // wherever the focus went since it came down
   }
 
   #choose(now: number): void {
@@ -129,14 +153,16 @@ export class Scanner {
   /** Letters and spaces that are typed stay typed, and the switches' own settings keep their
    * keys, but only while the chair stands. */
   #switchOf(event: KeyboardEvent): Switch | null {
-    const { count, choose, step } = this.settings;
-    if (count === 0 || (event.code !== choose && event.code !== step)) return null;
-    if (event.code === step && count === 1) return null;
     const { target } = event;
     const own = target instanceof Element && target.closest("[data-own-keys]") !== null;
     const typed = isTyped(target) && !isButton(target);
-    if ((own || typed) && this.meaning === "choose") return null;
-    return event.code === choose ? "choose" : "step";
+    return (own || typed) && this.meaning === "choose" ? null : this.#named(event.code);
+  }
+
+  #named(code: string): Switch | null {
+    const { count, choose, step } = this.settings;
+    if (count > 0 && code === choose) return "choose";
+    return count === 2 && code === step ? "step" : null;
   }
 
   #learn(event: KeyboardEvent): boolean {

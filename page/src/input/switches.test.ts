@@ -1,7 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { ChairState } from "../messages";
 import {
-  isFollowing, isOver, keepSwitches, keptSwitches, keyName, mayBeSwitch, meaning, NO_SWITCH, pushed,
+  isFollowing, isOver, keepSwitches, keptSwitches, keyName, MAX_BOUNCE, mayBeSwitch, meaning, NO_SWITCH, pushed,
 } from "./switches";
 
 const STANDING: ChairState = {
@@ -58,11 +58,14 @@ describe("switches", () => {
       setItem: (key: string, value: string) => void kept.set(key, value),
     });
     expect(keptSwitches(storage)).toEqual(NO_SWITCH);
-    const two = { count: 2, hold: true, choose: "F1", step: "F2" } as const;
+    const two = { count: 2, hold: true, choose: "F1", step: "F2", bounce: 150 } as const;
     keepSwitches(two, storage);
     expect(keptSwitches(storage)).toEqual(two);
-    for (const odd of ["{", "null", '{"count": 3, "choose": "Escape", "step": 4}']) {
+    for (const odd of ["{", "null", '{"count": 3, "choose": "Escape", "step": 4, "bounce": "9"}']) {
       expect(keptSwitches(() => ({ getItem: () => odd }))).toEqual(NO_SWITCH);
+    }
+    for (const [kept, bounce] of [[-1, 0], [9e9, MAX_BOUNCE], [70, 70]]) {
+      expect(keptSwitches(() => ({ getItem: () => `{"bounce": ${kept}}` })).bounce).toBe(bounce);
     }
     const forbidden = () => {
       throw new Error("no storage here");

@@ -10,9 +10,44 @@ export interface SwitchSettings {
   /** `KeyboardEvent.code` of the switch that chooses, and of the one that steps. */
   readonly choose: string;
   readonly step: string;
+  /** Time in which a switch bounces, ms. */
+  readonly bounce: number;
 }
 
-export const NO_SWITCH: SwitchSettings = { count: 0, hold: false, choose: "Space", step: "Enter" };
+/** Maximum of the bounce time, ms: nobody presses twice on purpose within it (assumed). */
+export const MAX_BOUNCE = 300;
+/** Bounces of 80 ms are known. */
+export const NO_SWITCH: SwitchSettings = { count: 0, hold: false, choose: "Space", step: "Enter", bounce: 100 };
+
+/** Contact of a switch, and the press that counts: bouncing neither presses nor releases.
+ *
+ * The first edge counts at once, so that STOP never waits. For the bounce time after it no other
+ * does; then the position of the contact counts. */
+export interface Contact {
+  readonly closed: boolean;
+  /** Time of the contact's newest edge, ms. */
+  readonly moved: number;
+  readonly down: boolean;
+  /** Time of the newest edge that counts, ms. */
+  readonly counted: number;
+}
+
+export const OPEN: Contact = { closed: false, moved: -Infinity, down: false, counted: -Infinity };
+
+export function closing(was: Contact, now: number, bounce: number): Contact {
+  const unseen = was.closed && now - was.counted >= bounce; // its opening, as by another window
+  return settled({ ...(unseen ? OPEN : was), closed: true, moved: now }, now, bounce);
+}
+
+export function opening(was: Contact, now: number, bounce: number): Contact {
+  return was.closed ? settled({ ...was, closed: false, moved: now }, now, bounce) : was;
+}
+
+/** Time goes by. */
+export function settled(was: Contact, now: number, bounce: number): Contact {
+  if (was.closed === was.down || now - was.counted < bounce) return was;
+  return { ...was, down: was.closed, counted: was.moved };
+}
 
 export type Direction = "forward" | "left" | "right" | "back";
 
@@ -88,11 +123,13 @@ export function keptSwitches(
     const kept = JSON.parse(storage().getItem(KEPT) ?? "{}") as Record<string, unknown>;
     const key = (x: unknown, otherwise: string) =>
       typeof x === "string" && mayBeSwitch(x) ? x : otherwise;
+    const bounce = typeof kept["bounce"] === "number" ? kept["bounce"] : NaN;
     return {
       count: kept["count"] === 1 || kept["count"] === 2 ? kept["count"] : 0,
       hold: kept["hold"] === true,
       choose: key(kept["choose"], NO_SWITCH.choose),
       step: key(kept["step"], NO_SWITCH.step),
+      bounce: Number.isFinite(bounce) ? Math.min(Math.max(bounce, 0), MAX_BOUNCE) : NO_SWITCH.bounce,
     };
   } catch {
     return NO_SWITCH;
