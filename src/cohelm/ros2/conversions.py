@@ -46,21 +46,20 @@ class StickPosition(NamedTuple):
     held: bool
     """True if the dead-man button is held."""
     confirm: bool
-    stop: bool
 
 
 @dataclass(frozen=True, slots=True)
 class DeadManButton:
     """Vigilance of a stick whose driver repeats its last message for ever."""
 
-    content: tuple[float, ...] = ()
-    """Axes and buttons of the newest message."""
+    content: bytes = b""
+    """Axes and buttons of the newest message, bit for bit: NaN equals NaN."""
     changed_at: float = -math.inf
     """Time of the newest change, s."""
 
     def after(self, message: Any, now: float) -> DeadManButton:
         """Return the state after a Joy message."""
-        content = (*map(float, message.axes), *map(float, message.buttons))
+        content = np.array([*message.axes, *message.buttons], dtype=float).tobytes()
         return self if content == self.content else DeadManButton(content, now)
 
     def unchanged(self, now: float, limit: float) -> bool:
@@ -177,15 +176,17 @@ def stick_of(message: Any, parameters: StickParameters) -> StickPosition:
     if not (math.isfinite(forward) and math.isfinite(left)):
         raise ValueError("a Joy with an axis that is not a number")
 
-    def pressed(button: int | None) -> bool:
-        return button is not None and button < len(buttons) and bool(buttons[button])
-
     if parameters.dead_man is not None and len(buttons) <= parameters.dead_man:
         raise ValueError(f"a Joy with {len(buttons)} buttons: {parameters.dead_man} is missing")
     return StickPosition(
         min(max(forward, -1.0), 1.0),
         min(max(left, -1.0), 1.0),
-        pressed(parameters.dead_man),
-        pressed(parameters.confirm),
-        pressed(parameters.stop),
+        is_pressed(message, parameters.dead_man),
+        is_pressed(message, parameters.confirm),
     )
+
+
+def is_pressed(message: Any, button: int | None) -> bool:
+    """Check a button of a Joy message; one that is not there is not pressed."""
+    buttons = message.buttons
+    return button is not None and button < len(buttons) and bool(buttons[button])

@@ -26,7 +26,7 @@ from cohelm.live.messages import (
 )
 from cohelm.live.page.display_messages import TYPES, displays
 from cohelm.recordings.transforms import name
-from cohelm.ros2.conversions import DeadManButton, StickPosition, stick_of
+from cohelm.ros2.conversions import DeadManButton, StickPosition, is_pressed, stick_of
 from cohelm.ros2.parameters import Ros2Parameters
 from cohelm.ros2.transport import LATCHED, RELIABLE, SENSOR, make_node
 from cohelm.scenarios import Scenario
@@ -41,6 +41,8 @@ _DISPLAYS = {
     "status": ("/diagnostics", RELIABLE),
 }
 """Topic of each display; the robot itself publishes transforms and odometry."""
+_PAUSE = 0.3
+"""Time between two Joy messages from which on the stick was away, s; as the link to the driver."""
 _log = logging.getLogger(__name__)
 
 
@@ -59,7 +61,8 @@ class RiderNode:
     def __init__(self, parameters: Ros2Parameters, drive: Drive, scenario: Scenario) -> None:
         self._parameters, self._drive = parameters, drive
         self._frame = parameters.frames.map or parameters.frames.odom
-        self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False, False)
+        self._seq, self._last = 0, StickPosition(0.0, 0.0, False, False)
+        self._stop, self._heard = False, -math.inf
         self._button = DeadManButton()
         self._dds = make_node(parameters, f"{parameters.name}_rider")
         if parameters.stick is not None:
@@ -95,14 +98,17 @@ class RiderNode:
         if parameters is None:
             return
         drive, arrival, last = self._drive, time.monotonic(), self._last
-        self._button = self._button.after(message, arrival)
-        now = stick_of(message, parameters)
-        held = now.held and not self._button.unchanged(arrival, parameters.renew)
-        self._last = now = now._replace(held=held)
-        if now.stop and not last.stop:
+        stop = is_pressed(message, parameters.stop)
+        # Of a stick that comes, or comes back, a button that is held may stop but never confirms.
+        new = arrival - self._heard > _PAUSE
+        if stop and (new or not self._stop):
             drive.receive(CLIENT, StopCommand(), arrival)
+        self._stop, self._heard = stop, arrival
+        self._button = self._button.after(message, arrival)
+        self._last = now = stick_of(message, parameters)
         if parameters.dead_man is None:
             return
+        # The button's own edge: one that is stuck does not take control with each renewal.
         if now.held and not last.held:
             drive.receive(CLIENT, TakeControl(), arrival)
         self._seq += 1
@@ -112,10 +118,10 @@ class RiderNode:
             forward=now.forward,
             left=now.left,
             device="joystick",
-            visible=now.held,
+            visible=now.held and not self._button.unchanged(arrival, parameters.renew),
         )
         drive.receive(CLIENT, beat, arrival)
-        if now.confirm and not last.confirm:
+        if now.confirm and not (new or last.confirm):
             drive.receive(CLIENT, ResumeCommand(), arrival)
 
     def _take_goal(self, message: Any) -> None:
