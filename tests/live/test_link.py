@@ -11,6 +11,7 @@ from cohelm.live.control import driver_link
 from cohelm.live.control.driver_link import (
     CONFIRM_AFTER_SILENCE,
     HEARTBEAT_TIMEOUT,
+    MAX_CONSTANT_STICK,
     MAX_DELAY_MS,
     LinkState,
     RequiredAction,
@@ -222,6 +223,35 @@ def test_a_stick_that_repeats_its_last_event_for_ever_stops_with_the_page():
     hidden = stick(driving_with_stick(), 10.1, forward=0.6)
     hidden = after(hidden, "a", 3, 10.15, visible=False)
     assert driver_link.status(hidden, 10.15) == "no_heartbeat"
+
+
+def ridden(state, seconds, forward):
+    """The state after a time in which page and stick beat; forward(k): deflection in step k."""
+    start, seq = state.chair_stick.at, state.timings["a"].seq
+    for k in range(1, round(seconds / 0.05) + 1):
+        at = start + 0.05 * k
+        state = after(stick(state, at, forward=forward(k)), "a", seq + k, at)
+    return state, at
+
+
+def test_a_stick_that_repeats_its_last_event_for_ever_stops_under_a_page_too():
+    held = stick(driving_with_stick(), 10.05, forward=0.6)
+    state, now = ridden(held, MAX_CONSTANT_STICK - 0.1, lambda k: 0.6)
+    assert driver_link.deflection(state, now) == (0.6, 0.0)
+    state, now = ridden(state, 0.3, lambda k: 0.6)
+    assert driver_link.status(state, now) == "centre_stick"
+    assert driver_link.hold_reason(state, now) is Reason.STICK_STUCK
+    assert state.epoch == held.epoch + 1
+    state, now = ridden(state, 20.0, lambda k: 0.5 + 0.001 * k)  # back, and not released
+    assert driver_link.status(state, now) == "centre_stick"
+    state, now = ridden(state, 0.1, lambda k: 0.0)
+    assert driver_link.status(state, now) == "ready"
+
+
+@pytest.mark.parametrize("forward", [lambda k: 0.6 + 0.01 * (k % 200 == 0), lambda k: 0.0])
+def test_a_stick_that_moves_a_little_or_rests_is_heeded_for_ever(forward):
+    state, now = ridden(driving_with_stick(), 60.0, forward)
+    assert driver_link.status(state, now) == "ready"
 
 
 def test_a_stick_without_a_page_moves_nothing():

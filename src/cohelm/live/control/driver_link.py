@@ -21,7 +21,8 @@ The chair moves only while the link is ``ready``.
 
 A stick of the chair itself (:class:`ChairStick`) is one more device of the page that drives. A
 device that repeats its last event for ever looks alive; the page's heartbeat tells that the rider
-is there, so that the stick moves the chair only under a page that drives.
+is there, so that the stick moves the chair only under a page that drives, and one deflection for
+at most MAX_CONSTANT_STICK.
 """
 
 from __future__ import annotations
@@ -42,6 +43,9 @@ CONFIRM_AFTER_SILENCE = 2.0
 """Silence after which the driver must confirm as well as centre the stick, s."""
 MAX_DELAY_MS = 300.0
 """Maximum delay of a heartbeat beyond the minimum of its connection, ms; a later one is dropped."""
+MAX_CONSTANT_STICK = 15.0
+"""Time after which a deflected stick of the chair that has not changed must be centred, s; assumed.
+A hand can hold the coarse position of such a stick bit for bit, as that of a switched one."""
 CLOCK_DRIFT_MS_PER_S = 0.2
 """Assumed drift between the clocks of page and chair: the minimum delay rises at this rate."""
 
@@ -76,6 +80,8 @@ class ChairStick:
     """(forward, left), each −1…1."""
     at: float
     """Time of the device's last message, s."""
+    changed_at: float
+    """Time of the newest message that was centred or differed from the one before, s."""
     centred: bool
 
 
@@ -267,6 +273,8 @@ def on_chair_stick(
 ) -> LinkState:
     """Process the position of the chair's own stick: a gap before it requires an action.
 
+    One that is constant for too long must be centred.
+
     Args:
         state: Previous state.
         deflection: (forward, left), each −1…1.
@@ -282,8 +290,14 @@ def on_chair_stick(
         required, cause = RequiredAction.CONFIRM, cause or Reason.STALE_RIDER_COMMAND
     elif gap > HEARTBEAT_TIMEOUT:
         required = max(required, RequiredAction.CENTRE)
-    stick = ChairStick(deflection=deflection, at=at, centred=centred)
-    epoch = state.epoch + (last is not None and gap > HEARTBEAT_TIMEOUT)
+    changed_at = at
+    if last is not None and not centred and deflection == last.deflection:
+        changed_at = last.changed_at
+    if at - changed_at > MAX_CONSTANT_STICK and required is RequiredAction.NOTHING:
+        required, cause = RequiredAction.CENTRE, Reason.STICK_STUCK
+    stick = ChairStick(deflection=deflection, at=at, changed_at=changed_at, centred=centred)
+    stops = gap > HEARTBEAT_TIMEOUT or required is not state.required
+    epoch = state.epoch + (last is not None and stops)
     return replace(state, required=required, cause=cause, chair_stick=stick, epoch=epoch)
 
 
