@@ -107,6 +107,48 @@ def test_a_gamepad_counts_from_its_centre_on(rider):
     rider.until(lambda state: state["link"] == "ready")
 
 
+def test_a_gamepad_that_repeats_its_last_state_stops_the_chair_and_is_named(rider):
+    """As after a lost link: connected, and without any change; the keys take over."""
+    pad = lambda *at: rider.page.evaluate("at => pad(...at)", list(at))  # noqa: E731 # short
+    rider.take()
+    pad(0, 0)
+    rider.rest(0.1)
+    rider.makes(turns_left, lambda: pad(0, 0.8), lambda: (pad(0, 0), rider.rest(0.1)))
+    rider.sees("The gamepad has not changed for too long")
+    state = rider.until(stands)
+    assert state["device"] == "none"
+    rider.hold()
+    rider.let_go()
+    rider.until(stands)
+    pad(0, 0)
+    rider.rest(0.1)
+    rider.makes(turns_left, lambda: pad(0, 0.7), lambda: (pad(0, 0), rider.rest(0.1)))
+
+
+@pytest.mark.parametrize("latched", [[5], [0], [5, 0, 2]])
+def test_a_latched_button_of_a_gamepad_leaves_stop_to_the_others(rider, latched):
+    pad = lambda *at: rider.page.evaluate("at => pad(...at)", list(at))  # noqa: E731 # short
+    pad(0, 0, latched)
+    rider.rest(0.1)
+    rider.take()
+    rider.makes(turns_left, lambda: pad(0, 0.8, latched), lambda: pad(0, 0, latched))
+    pad(0, 0.8, [*latched, 1])
+    rider.until(lambda state: stands(state) and state["link"] == "stick_held")
+
+
+def test_a_latched_mouse_button_leaves_stop_to_the_main_one(rider):
+    rider.take()
+    rider.hold()
+    mouse = rider.page.mouse
+    mouse.move(*middle(rider.button("STOP").bounding_box()))
+    mouse.down(button="middle")
+    mouse.down()  # and it stays down
+    rider.until(lambda state: stands(state) and state["link"] == "stick_held")
+    mouse.up()
+    mouse.up(button="middle")
+    rider.let_go()
+
+
 def test_an_idle_gamepad_never_overrides_keys(rider):
     rider.take()
     rider.page.evaluate("pad(0, 0)")
@@ -125,6 +167,17 @@ BUSY_PAGE = """() => {
   const busy = (since) => { while (performance.now() - since < 600); };
   setTimeout(() => busy(performance.now()));
 }"""
+BOUNCE = """([edge, back]) => {
+  const began = performance.now();
+  const say = (name) => document.body.dispatchEvent(
+    new KeyboardEvent(name, { code: "Space", bubbles: true, cancelable: true }));
+  say(edge);
+  for (const time of [15, 40, 60]) {
+    while (performance.now() - began < time);
+    say(back);
+    say(edge);
+  }
+}"""
 SWITCH = f"localStorage.setItem('cohelm.switches', '{json.dumps({'count': 1})}')"
 
 
@@ -134,18 +187,22 @@ def switch(riders):
     rider.sees("No driver.")
     words = rider.page.get_by_test_id("scan")
 
-    def press(lit):
-        """Once this is lit."""
+    def lights(lit):
+        """Wait until this is lit."""
         for _ in range(600):
             if words.inner_text().startswith(lit):
                 break
             rider.rest(0.04)
         else:
             raise AssertionError(f"{lit} is not lit, but {words.inner_text()}")
+
+    def press(lit):
+        lights(lit)
         rider.page.keyboard.press("Space")
+        rider.rest(0.15)  # the next press is no bounce
 
     rider.leave_fields()
-    rider.press_switch = press
+    rider.press_switch, rider.lights = press, lights
     return rider
 
 
@@ -161,6 +218,24 @@ def test_one_switch_takes_the_stick_turns_and_stands(switch):
     switch.press_switch("Driving left")
     switch.until(stands)
     assert switch.chair.state["link"] == "ready"
+
+
+def test_a_switch_that_bounces_drives_on_until_it_is_pressed_again(switch):
+    bounce = lambda *edges: switch.page.evaluate(BOUNCE, edges)  # noqa: E731 # short
+    switch.take()
+    switch.leave_fields()
+    switch.press_switch("Press to start")
+
+    def press():
+        switch.lights("Left")
+        bounce("keydown", "keyup")
+        switch.rest(0.3)
+        bounce("keyup", "keydown")
+
+    switch.makes(turns_left, press)
+    switch.holds(turns_left, 0.5)
+    switch.page.keyboard.press("Space")
+    switch.until(stands)
 
 
 def test_one_press_of_the_switch_stops_a_chair_that_follows_its_way(switch):
