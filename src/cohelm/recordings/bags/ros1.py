@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cohelm.errors import RecordingError
@@ -50,6 +50,15 @@ def read_ros1(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
             yield from _records(records, file, damage)
         except BrokenRecord as fault:
             damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
+
+
+def read_split(files: Sequence[Path], damage: list[RecordingError]) -> Iterator[BagMessage]:
+    """Read the messages of the files into which ``rosbag record --split`` divides a recording."""
+    for file in files:
+        try:
+            yield from read_ros1(file, damage)
+        except RecordingError as error:
+            damage.append(error)
 
 
 def _records(
@@ -126,7 +135,7 @@ def _message(
     elif number in connections:
         when = head.get("time", b"")
         time = _number(when, 0, offset) + 1e-9 * _number(when, 4, offset)
-        yield BagMessage(*connections[number], time, data, offset)
+        yield BagMessage(*connections[number], time, data, offset, "ros1")
     else:
         raise records.broken("a message belongs to no topic")
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
+from cohelm.recordings.bags.clocks import Clocks
 from cohelm.recordings.bags.ros_messages import (
     ODOMETRY,
     OLD_TRANSFORMS,
@@ -54,9 +55,14 @@ class SensorPose(NamedTuple):
 
 
 class SensorPoses:
-    """Poses in a bag: collected in a first pass, looked up in a second."""
+    """Poses in a bag: collected in a first pass, looked up in a second.
 
-    def __init__(self) -> None:
+    Args:
+        clocks: Takes the stamps.
+    """
+
+    def __init__(self, clocks: Clocks) -> None:
+        self._clocks = clocks
         self.warnings: list[str] = []
         """Assumptions made."""
         self._transforms = Transforms()
@@ -73,6 +79,8 @@ class SensorPoses:
                 time = -math.inf if static else stamp(entry.header) or received
                 frames = entry.header.frame_id, entry.child_frame_id
                 self._transforms.add(*frames, time, transform(entry.transform))
+                if not static:
+                    self._clocks.add(_stream(name(entry.child_frame_id)), time, received)
             return
         parent, child = name(message.header.frame_id), name(message.child_frame_id)
         source = topic, parent or "odom", child or "base_link"
@@ -80,14 +88,23 @@ class SensorPoses:
         twist = message.twist.twist
         row = (*transform(message.pose.pose), twist.linear.x, twist.linear.y, twist.angular.z)
         if source == self._frames and all(abs(number) < MAX_COORDINATE for number in row):
-            self._odometry.extend((stamp(message.header) or received, *row))
+            time = stamp(message.header) or received
+            self._odometry.extend((time, *row))
+            self._clocks.add(topic, time, received)
 
-    def finish(self) -> None:
-        """End the first pass; odometry gives the pose only if tf does not."""
+    def finish(self, shifts: Mapping[str, float]) -> None:
+        """End the first pass; odometry gives the pose only if tf does not.
+
+        Args:
+            shifts: Seconds to take from the stamps of a stream, by :class:`Clocks`.
+        """
+        for frame in self._transforms.frames:
+            self._transforms.shift(frame, -shifts.get(_stream(frame), 0.0))
         rows = np.array(self._odometry).reshape(-1, 11)
         if self._frames is None or len(rows) == 0:
             return
-        _, parent, child = self._frames
+        topic, parent, child = self._frames
+        rows[:, 0] -= shifts.get(topic, 0.0)
         if not self._transforms.has_parent(child):
             for row in rows.tolist():
                 self._transforms.add(parent, child, row[0], row[1:8])
@@ -152,6 +169,11 @@ class SensorPoses:
     def _warn(self, text: str) -> None:
         if text.partition(" near ")[0] not in {w.partition(" near ")[0] for w in self.warnings}:
             self.warnings.append(text)
+
+
+def _stream(frame: str) -> str:
+    """Stream of the transforms to a frame."""
+    return f"tf to {frame!r}"
 
 
 def _last(frame: str) -> str:
