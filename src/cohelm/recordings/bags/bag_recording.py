@@ -57,15 +57,16 @@ class _Report(NamedTuple):
 
     def __str__(self) -> str:
         count = len(self.messages)
-        which = "a message" if count == 1 else f"{count} messages"
-        at = f"at {self.time:.3f} s" if count == 1 else f"the first at {self.time:.3f} s"
-        return f"{which} on {self.topic}, {at}: {self.problem}"
+        which = f"a message on {self.topic}"
+        which = which if count == 1 else f"{count} messages on {self.topic}, the first"
+        return f"{which} at {self.time:.3f} s: {self.problem}"
 
 
 class BagRecording:
     """Bag of scans and clouds, one frame each, with the robot's pose from tf and odometry.
 
-    The time of a reading is that of its header, or of its reception where the header has none.
+    The time of a reading is that of its header, or of its reception where the header has none;
+    stamps of different clocks are aligned.
     ``frames`` counts the readings; unreadable ones are skipped with a warning. Opening reads the
     bag once, for tf and odometry; iterating reads it again.
 
@@ -92,9 +93,9 @@ class BagRecording:
         self._topics = self._choose(counts, topic)
         self.frames: int | None = sum(counts[key] for key in counts if key[0] in self._topics)
         self.warnings.extend(map(str, self._damage))
-        self._shifts, differences = self._clocks.shifts()
-        self._poses.finish(self._shifts)
-        self.warnings.extend(f"{path}: {difference}" for difference in differences)
+        self._clock = self._clocks.alignment()
+        self._poses.finish(self._clock)
+        self.warnings.extend(f"{path}: {difference}" for difference in self._clock.descriptions)
 
     def __iter__(self) -> Iterator[Frame]:
         """Iterate over the frames in the order of time.
@@ -134,10 +135,10 @@ class BagRecording:
             reading = ros.decode(message)
         except ValueError:  # reported where its frame is missing
             return
-        time = ros.stamp(reading.header) or message.time
-        self._clocks.add(message.topic, time, message.time)
+        stamp = ros.stamp(reading.header)
+        self._clocks.add(message.topic, stamp, message.time)
         source = self._sources.setdefault(message.topic, Source.of(message.type, reading))
-        source.times.add(time)
+        source.times.add(stamp or message.time)
         source.size += len(message.data)
 
     def _choose(self, counts: Counter[_Topic], topic: str | None) -> frozenset[str]:
@@ -190,8 +191,7 @@ class BagRecording:
                 yield frame
 
     def _frame(self, reading: Any, message: BagMessage, labels: Any) -> Frame:
-        time = ros.stamp(reading.header) or message.time
-        time -= self._shifts.get(message.topic, 0.0)
+        time = self._clock.time(message.topic, ros.stamp(reading.header), message.time)
         place = self._poses.at(reading.header.frame_id, time)
         for text in self._poses.warnings:
             self._add_warning(f"{self._path}: {text}")

@@ -28,6 +28,20 @@ class _Offset(NamedTuple):
     steady: bool
 
 
+class Alignment(NamedTuple):
+    """Times of all messages on one clock, that of the bag."""
+
+    shifts: dict[str, float]
+    """Stamps of each stream on another clock, minus those of the bag's clock, s."""
+    reception: float
+    """Stamps of the bag's clock minus times of reception, s; 0 without stamps."""
+    descriptions: tuple[str, ...]
+
+    def time(self, stream: str, stamp: float, received: float) -> float:
+        """Time of a message, s; that of its reception where its stamp is 0, which is none."""
+        return stamp - self.shifts.get(stream, 0.0) if stamp else received + self.reception
+
+
 class Clocks:
     """Stamps and times of reception in a bag."""
 
@@ -37,19 +51,16 @@ class Clocks:
 
     def add(self, stream: str, stamp: float, received: float) -> None:
         """Add a message; a stamp that is repeated, as of a standing transform, counts once."""
-        if self._newest.get(stream) != stamp:
+        if stamp and self._newest.get(stream) != stamp:
             self._newest[stream] = stamp
             self._offsets.setdefault(stream, array.array("d")).append(stamp - received)
 
-    def shifts(self) -> tuple[dict[str, float], list[str]]:
-        """Seconds to take from the stamps of each stream on another clock, and descriptions.
-
-        The clock that is closest to reception is kept.
-        """
+    def alignment(self) -> Alignment:
+        """Align streams whose times of reception are steady to the clock closest to reception."""
         streams = sorted(map(_offset, self._offsets, self._offsets.values()), key=_distance)
         kept = next((stream for stream in streams if stream.steady), None)
         if kept is None:
-            return {}, []
+            return Alignment({}, 0.0, ())
         away = [stream for stream in streams if abs(stream.median - kept.median) > _SAME]
         groups: list[list[_Offset]] = []
         for stream in sorted(away, key=lambda stream: (stream.steady, stream.median)):
@@ -59,7 +70,8 @@ class Clocks:
             else:
                 groups.append([stream])
         shifts = {stream.stream: stream.median - kept.median for stream in away if stream.steady}
-        return shifts, [_description(group, kept) for group in groups]
+        texts = tuple(_description(group, kept) for group in groups)
+        return Alignment(shifts, kept.median, texts)
 
 
 def _offset(stream: str, offsets: array.array[float]) -> _Offset:

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import array
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
-from cohelm.recordings.bags.clocks import Clocks
+from cohelm.recordings.bags.clocks import Alignment, Clocks
 from cohelm.recordings.bags.ros_messages import (
     ODOMETRY,
     OLD_TRANSFORMS,
@@ -66,7 +66,10 @@ class SensorPoses:
         self.warnings: list[str] = []
         """Assumptions made."""
         self._transforms = Transforms()
+        self._unstamped: list[tuple[str, str, float, tuple[float, ...]]] = []
+        """Parent, child, time of reception, transform."""
         self._odometry = array.array("d")
+        """Stamp, pose, twist and time of reception, 12 numbers each."""
         self._frames: tuple[str, str, str] | None = None
         self._twists = np.empty((0, 4))
         self._chosen: dict[str, tuple[str, str | None]] = {}
@@ -76,8 +79,11 @@ class SensorPoses:
         if type_ != ODOMETRY:
             static = topic.rstrip("/").endswith("tf_static")
             for entry in message.transforms:
-                time = -math.inf if static else stamp(entry.header) or received
+                time = -math.inf if static else stamp(entry.header)
                 frames = entry.header.frame_id, entry.child_frame_id
+                if time == 0.0:
+                    self._unstamped.append((*frames, received, transform(entry.transform)))
+                    continue
                 self._transforms.add(*frames, time, transform(entry.transform))
                 if not static:
                     self._clocks.add(_stream(name(entry.child_frame_id)), time, received)
@@ -88,23 +94,20 @@ class SensorPoses:
         twist = message.twist.twist
         row = (*transform(message.pose.pose), twist.linear.x, twist.linear.y, twist.angular.z)
         if source == self._frames and all(abs(number) < MAX_COORDINATE for number in row):
-            time = stamp(message.header) or received
-            self._odometry.extend((time, *row))
-            self._clocks.add(topic, time, received)
+            self._odometry.extend((stamp(message.header), *row, received))
+            self._clocks.add(topic, stamp(message.header), received)
 
-    def finish(self, shifts: Mapping[str, float]) -> None:
-        """End the first pass; odometry gives the pose only if tf does not.
-
-        Args:
-            shifts: Seconds to take from the stamps of a stream, by :class:`Clocks`.
-        """
+    def finish(self, clock: Alignment) -> None:
+        """End the first pass; odometry gives the pose only if tf does not."""
         for frame in self._transforms.frames:
-            self._transforms.shift(frame, -shifts.get(_stream(frame), 0.0))
-        rows = np.array(self._odometry).reshape(-1, 11)
+            self._transforms.shift(frame, -clock.shifts.get(_stream(frame), 0.0))
+        for parent, child, received, pose in self._unstamped:
+            self._transforms.add(parent, child, received + clock.reception, pose)
+        rows = np.array(self._odometry).reshape(-1, 12)
         if self._frames is None or len(rows) == 0:
             return
         topic, parent, child = self._frames
-        rows[:, 0] -= shifts.get(topic, 0.0)
+        rows[:, 0] = [clock.time(topic, row[0], row[-1]) for row in rows.tolist()]
         if not self._transforms.has_parent(child):
             for row in rows.tolist():
                 self._transforms.add(parent, child, row[0], row[1:8])
