@@ -177,3 +177,11 @@ def test_damage_is_the_reason_where_no_scan_is_left(tmp_path):
     file.write_bytes(data[: data.index(b"/scan") - 30])
     with pytest.raises(RecordingError, match=r"no LaserScan or PointCloud2.*cut off"):
         open_recording(file)
+
+
+def test_that_warnings_are_left_out_is_said(tmp_path):
+    messages = [(f"/scan_{k}", 100.0, ROS1.scan(50.0, [1.0], f"laser_{k}")) for k in range(150)]
+    recording = open_recording(write(tmp_path / "a.bag", messages))
+    assert len(list(recording)) == 150
+    assert len(recording.warnings) == 101  # no pose of any of them
+    assert "further warnings are left out" in recording.warnings[-1]

@@ -82,6 +82,12 @@ def test_a_split_bag_has_a_log_beside_its_last_file(live, tmp_path):
     assert len(list(open_recording(folder))) == 10
 
 
+def test_the_log_of_a_database_behind_a_link_is_read(live, tmp_path):
+    folder = copied(live, tmp_path / "killed", "-wal")
+    (tmp_path / "link.db3").symlink_to(folder / "bag.db3")
+    assert len(list(open_recording(tmp_path / "link.db3"))) == 5
+
+
 def cut(log):
     return log[:-100]
 

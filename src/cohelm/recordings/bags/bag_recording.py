@@ -18,8 +18,8 @@ from cohelm.geometry import compose, transform
 from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.recordings.api import Frame, Labels, far_points_problem
 from cohelm.recordings.bags import ros_messages as ros
-from cohelm.recordings.bags.clocks import Clocks
-from cohelm.recordings.bags.duplicates import Source, duplicates
+from cohelm.recordings.bags.clocks import StampClocks
+from cohelm.recordings.bags.duplicates import TopicReadings, duplicates
 from cohelm.recordings.bags.records import BagMessage
 from cohelm.recordings.bags.sensor_poses import POSE_TYPES, SensorPose, SensorPoses
 
@@ -36,8 +36,8 @@ _MAX_WARNINGS = 100
 _REASONS = 5
 """Maximum number of reasons in an error."""
 _READINGS = frozenset({ros.SCAN, ros.CLOUD})
-_NOT_READ = ("LaserScan", "PointCloud")
-"""Parts of the names of types of scans and clouds, which are read or reported."""
+_SENSORS = ("LaserScan", "PointCloud")
+"""Parts of the names of types of scans and clouds: those that are not read are reported."""
 _WITH_DIGITS = re.compile(r"\w*\d\w*")
 
 _Topic = tuple[str, str, str]
@@ -66,9 +66,9 @@ class BagRecording:
     """Bag of scans and clouds, one frame each, with the robot's pose from tf and odometry.
 
     The time of a reading is that of its header, or of its reception where the header has none;
-    stamps of different clocks are aligned.
-    ``frames`` counts the readings; unreadable ones are skipped with a warning. Opening reads the
-    bag once, for tf and odometry; iterating reads it again.
+    stamps of different clocks are aligned. ``frames`` counts the readings; unreadable ones are
+    skipped with a warning. Opening reads the bag once, for tf, odometry and stamps; iterating reads
+    it again.
 
     Args:
         path: The bag, for messages.
@@ -85,10 +85,10 @@ class BagRecording:
         self._path = path
         self._read = read
         self._reports: dict[tuple[str, str], _Report] = {}
-        self._clocks = Clocks()
+        self._clocks = StampClocks()
         self._poses = SensorPoses(self._clocks)
         self._damage: list[RecordingError] = []
-        self._sources: dict[str, Source] = {}
+        self._sources: dict[str, TopicReadings] = {}
         counts = self._survey()
         self._topics = self._choose(counts, topic)
         self.frames: int | None = sum(counts[key] for key in counts if key[0] in self._topics)
@@ -137,7 +137,7 @@ class BagRecording:
             return
         stamp = ros.stamp(reading.header)
         self._clocks.add(message.topic, stamp, message.time)
-        source = self._sources.setdefault(message.topic, Source.of(message.type, reading))
+        source = self._sources.setdefault(message.topic, TopicReadings.of(message.type, reading))
         source.times.add(stamp or message.time)
         source.size += len(message.data)
 
@@ -247,24 +247,24 @@ class BagRecording:
         return RecordingError(str(report), file=self._path, offset=report.offset)
 
     def _add_warning(self, text: str) -> None:
-        if len(self.warnings) == _MAX_WARNINGS:
+        if len(self.warnings) >= _MAX_WARNINGS and text not in self.warnings:
             text = f"{self._path}: further warnings are left out"
-        if len(self.warnings) <= _MAX_WARNINGS and text not in self.warnings:
+        if text not in self.warnings:
             self.warnings.append(text)
 
 
 def _sensor(type_: str) -> bool:
     """Check that a type is of scans or clouds, also of one that is not read."""
-    return any(part in type_ for part in _NOT_READ)
+    return any(part in type_ for part in _SENSORS)
 
 
 def _listed(topics: Iterable[_Topic]) -> str:
     """Topics with their types, and their encodings where those are not read."""
-    each = [
-        f"{name} ({type_.rpartition('/')[2]}{'' if how in ros.ENCODINGS else ', ' + how})"
-        for name, type_, how in sorted(topics)
-    ]
-    return ", ".join(each)[:300]
+    kinds = []
+    for name, type_, encoding in sorted(topics):
+        kind = type_.rpartition("/")[2] or "no type"
+        kinds.append(f"{name} ({kind}{'' if encoding in ros.ENCODINGS else f', {encoding}'})")
+    return ", ".join(kinds)[:300]
 
 
 def _labels(poses: Any, time: float, place: SensorPose) -> Labels:

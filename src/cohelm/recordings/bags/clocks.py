@@ -42,7 +42,7 @@ class Alignment(NamedTuple):
         return stamp - self.shifts.get(stream, 0.0) if stamp else received + self.reception
 
 
-class Clocks:
+class StampClocks:
     """Stamps and times of reception in a bag."""
 
     def __init__(self) -> None:

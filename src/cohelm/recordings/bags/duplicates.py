@@ -12,7 +12,7 @@ _SHARED = 0.5
 
 
 @dataclass(slots=True)
-class Source:
+class TopicReadings:
     """Scans or clouds on one topic."""
 
     type: str
@@ -24,14 +24,14 @@ class Source:
     """Size of all messages, bytes."""
 
     @classmethod
-    def of(cls, type_: str, reading: Any) -> Source:
-        """Source of a LaserScan or PointCloud2."""
+    def of(cls, type_: str, reading: Any) -> TopicReadings:
+        """Record for the topic of a LaserScan or PointCloud2."""
         ends = (getattr(reading, f"angle_{end}", math.inf) for end in ("min", "max"))
         low, high = sorted(map(float, ends))
         return cls(type_, reading.header.frame_id, (-high if math.isinf(low) else low, high))
 
-    def repeats(self, other: Source) -> bool:
-        """Check that the other source has the same sensor's readings, of the same times."""
+    def repeats(self, other: TopicReadings) -> bool:
+        """Check that another topic has readings of the same sensor at the same times."""
         return (
             (self.type, self.frame) == (other.type, other.frame)
             and max(self.sector[0], other.sector[0]) < min(self.sector[1], other.sector[1])
@@ -39,7 +39,7 @@ class Source:
         )
 
 
-def duplicates(sources: Mapping[str, Source]) -> dict[str, str]:
+def duplicates(sources: Mapping[str, TopicReadings]) -> dict[str, str]:
     """Topics that repeat another one, with that one, which has the most messages and bytes."""
     kept: list[str] = []
     found: dict[str, str] = {}

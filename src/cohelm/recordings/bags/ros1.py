@@ -40,11 +40,8 @@ def read_ros1(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
     with file.open("rb") as stream:
         version = stream.read(len(_VERSION))
         if version != _VERSION:
-            raise RecordingError(
-                f"is a bag of another format, {version[8:12]!r}: convert it with rosbag migrate",
-                file=file,
-                offset=0,
-            )
+            other = f"is a bag of another format, {version[8:12]!r}: convert it with rosbag migrate"
+            raise RecordingError(other if version else "is empty", file=file, offset=0)
         records = RecordStream(stream, os.fstat(stream.fileno()).st_size)
         try:
             yield from _records(records, file, damage)

@@ -17,7 +17,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
-from cohelm.recordings.bags.clocks import Alignment, Clocks
+from cohelm.recordings.bags.clocks import Alignment, StampClocks
 from cohelm.recordings.bags.ros_messages import (
     ODOMETRY,
     OLD_TRANSFORMS,
@@ -61,7 +61,7 @@ class SensorPoses:
         clocks: Takes the stamps.
     """
 
-    def __init__(self, clocks: Clocks) -> None:
+    def __init__(self, clocks: StampClocks) -> None:
         self._clocks = clocks
         self.warnings: list[str] = []
         """Assumptions made."""

@@ -83,6 +83,7 @@ def _opened(file: Path, damage: list[RecordingError]) -> Iterator[sqlite3.Connec
     write, and SQLite keeps to the locks. Otherwise copies are read: SQLite would create the index
     beside the database, or fail in a folder that is read-only.
     """
+    file = file.resolve()  # the log lies beside the database, not beside a link to it
     log, index = (file.with_name(file.name + ending) for ending in ("-wal", "-shm"))
     if not log.is_file() or log.stat().st_size == 0:
         with closing(_connect(file, "&immutable=1")) as database:
