@@ -129,6 +129,42 @@ def test_a_cloud_that_does_not_fit_its_data_is_left_out_and_told(tmp_path):
             list(open_recording(write(tmp_path / f"{k}_alone.bag", messages[1:])))
 
 
+def layered(pad=0, **changed):
+    """A cloud of 2 × 3 points of 16 bytes in rows with padding, and its points."""
+    points = np.arange(1.0, 19.0, dtype=np.float32).reshape(2, 3, 3)
+    data = np.zeros((2, 48 + pad), np.uint8)
+    for k in range(3):
+        data[:, 16 * k : 16 * k + 12] = points[:, k].copy().view(np.uint8)
+    about = {"height": 2, "width": 3, "point_step": 16, "row_step": 48 + pad} | changed
+    if about["height"] == 1:
+        about["width"] = 6
+    fields = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7)]
+    return data.tobytes(), fields, about, points.reshape(6, 3)
+
+
+@pytest.mark.parametrize("row", [0, 3, 6, 16, 47, 49, 96, 2**32 - 1])
+@pytest.mark.parametrize("height", [1, 2])
+@pytest.mark.parametrize("author", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])
+def test_a_wrong_row_step_of_a_cloud_without_padding_does_no_harm(tmp_path, author, height, row):
+    data, fields, about, points = layered(height=height, row_step=row)
+    cloud = author.cloud(2.0, data, fields, **about)
+    kind = "bag" if author is ROS1 else "mcap"
+    (frame,) = open_recording(write(tmp_path / "a.bag", [("/points", 2.0, cloud)], kind))
+    np.testing.assert_array_equal(frame.observation.clouds[0].points, points)
+
+
+def test_a_padded_cloud_is_read_by_its_row_step_and_a_wrong_one_is_refused(tmp_path):
+    data, fields, about, points = layered(pad=16)
+    file = write(tmp_path / "a.bag", [("/points", 2.0, ROS1.cloud(2.0, data, fields, **about))])
+    (frame,) = open_recording(file)
+    np.testing.assert_array_equal(frame.observation.clouds[0].points, points)
+    for size, row, needed in [(128, 0, 96), (128, 128, 176), (127, 48, 96), (95, 48, 96)]:
+        cloud = ROS1.cloud(2.0, data[:size], fields, **(about | {"row_step": row}))
+        file = write(tmp_path / f"{size}_{row}.bag", [("/points", 2.0, cloud)])
+        with pytest.raises(RecordingError, match=f"needs {needed} bytes and has {size}"):
+            list(open_recording(file))
+
+
 def test_an_empty_cloud_is_a_frame(tmp_path):
     cloud = ROS2.plain_cloud(1.0, np.empty((0, 3)))
     (frame,) = open_recording(write(tmp_path / "a", [("/points", 1.0, cloud)], "mcap"))

@@ -163,3 +163,37 @@ def test_lzf_undoes_what_it_compressed(some, times):
 @given(st.binary(max_size=300), st.integers(0, 10_000))
 def test_lzf_of_anything_never_reads_or_writes_beyond(data, size):
     assert len(decompress_lzf(data, size)) <= size
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+@pytest.mark.parametrize("tail", [bytes(1), bytes(4096), b"\r\n", b"\n" + bytes(100)])
+def test_padding_after_the_points_is_no_damage(tmp_path, rng, encoding, tail):
+    points = rng.uniform(1.0, 9.0, (50, 3))
+    cloud, recording = opened(tmp_path, pcd(points, encoding) + tail)
+    assert cloud.points == pytest.approx(points, abs=1e-5)
+    assert recording.warnings == []
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_other_bytes_after_the_points_are_said(tmp_path, rng, encoding):
+    points = rng.uniform(1.0, 9.0, (50, 3))
+    cloud, recording = opened(tmp_path, pcd(points, encoding) + b"\xaa" * 37)
+    assert cloud.points == pytest.approx(points, abs=1e-5)
+    assert "37 more bytes than 50 points" in recording.warnings[0]
+
+
+def test_more_bytes_in_the_compressed_block_are_as_those_after_it(tmp_path, rng):
+    points = rng.uniform(1.0, 9.0, (50, 3)).astype("<f4")
+    head = pcd(points, "binary_compressed").split(b"binary_compressed\n")[0]
+    for extra in (b"", bytes(100), b"\xaa" * 100):
+        plain = points.T.tobytes() + extra
+        packed = lzf(plain)
+        size = struct.pack("<II", len(packed), len(plain))
+        cloud, recording = opened(tmp_path, head + b"binary_compressed\n" + size + packed)
+        assert cloud.points == pytest.approx(points)
+        assert bool(recording.warnings) == any(extra)
+    (tmp_path / "cloud.pcd").write_bytes(
+        head + b"binary_compressed\n" + struct.pack("<II", len(packed), 599) + packed
+    )
+    with pytest.raises(RecordingError, match=r"599 unpacked.*600 bytes"):
+        open_recording(tmp_path / "cloud.pcd")

@@ -12,6 +12,7 @@ from cohelm.ros2.cdr import PEOPLE, types_of
 from cohelm.ros2.findings import missing_inputs
 from cohelm.ros2.inputs import MAX_READINGS, NEVER, Inputs
 from cohelm.ros2.parameters import FrameNames, Ros2Parameters, StickParameters
+from tests.recordings.bags import ROS2
 from tests.ros2.messages import LASER_TF, odometry, scan, transforms
 
 
@@ -219,6 +220,22 @@ def test_people_that_cannot_be_used_are_refused(clock, message, problem):
     inputs.take_people(message)
     assert problem in inputs.topics["/people"].problem
     assert inputs.observation().people is None
+
+
+@pytest.mark.parametrize("row", [0, 2, 24, 48])
+def test_a_live_cloud_needs_no_right_row_step(clock, row):
+    inputs = Inputs(Ros2Parameters(scans=(), clouds=("/points",)), clock)
+    feed(inputs)
+    points = np.arange(1.0, 13.0, dtype="<f4").reshape(4, 3)
+    fields = [("x", 0, 7), ("y", 4, 7), ("z", 8, 7)]
+    about = {"height": 2, "width": 2, "point_step": 12, "row_step": row}
+    cloud = ROS2.cloud(5.0, points.tobytes(), fields, "laser", **about)
+    inputs.take_cloud("/points", cloud)
+    (seen,) = inputs.observation().clouds
+    np.testing.assert_array_equal(seen.points, points)
+    inputs.take_cloud("/points", ROS2.cloud(5.0, bytes(47), fields, "laser", **about))
+    needed = max(48, row + 24)
+    assert f"row_step {row}, needs {needed} bytes and has 47" in inputs.topics["/points"].problem
 
 
 def test_every_declared_input_is_needed(inputs):

@@ -10,7 +10,7 @@ import pytest
 
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.live.sessions.timeline import PERIOD, timeline_of_recording
-from cohelm.recordings.bags.ros_messages import Decoder
+from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.reader import RecordedRide
 from cohelm.web.page_files import Asset
 from cohelm.web.replay import replay_app, replay_server
@@ -87,12 +87,12 @@ def test_damage_is_told_as_warnings(recorded, tmp_path):
 
 def test_messages_that_cannot_be_decoded_are_left_out(recorded, monkeypatch):
     whole, told = timeline_of_recording(recorded), []
-    decode = Decoder.decode
 
-    def short(self, data, kind):
-        return decode(self, data[:3] if kind.endswith("Float64") else data, kind)
+    def short(message):
+        cut = message.type.endswith("Float64")
+        return decode(message._replace(data=message.data[:3]) if cut else message)
 
-    monkeypatch.setattr(Decoder, "decode", short)
+    monkeypatch.setattr("cohelm.live.sessions.timeline.decode", short)
     damaged = timeline_of_recording(recorded, told.append)
     assert any("damaged messages of /eta" in text for text in told)
     assert len(damaged.eta) == len(whole.eta)

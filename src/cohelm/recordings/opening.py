@@ -11,6 +11,7 @@ from cohelm.recordings.api import SensorRecording, natural_order
 from cohelm.recordings.bags import mcap_file, ros1, ros2
 from cohelm.recordings.bags.bag_recording import BagRecording
 from cohelm.recordings.bags.compression import ZSTD_MAGIC
+from cohelm.recordings.bags.sqlite_file import SQLITE
 from cohelm.recordings.clouds.kitti import read_kitti
 from cohelm.recordings.clouds.nuscenes import has_rings, read_nuscenes
 from cohelm.recordings.clouds.pcd import looks_like_pcd, read_pcd
@@ -21,7 +22,7 @@ RATE = 10.0
 
 KNOWN = (
     "known are ROS 1 bags (.bag), ROS 2 bags (a folder with metadata.yaml, .mcap, .db3), "
-    "KITTI (.bin), nuScenes (.pcd.bin), PCD (.pcd) and folders of these sweeps"
+    "KITTI (.bin), nuScenes (.pcd.bin), PCD (.pcd), and folders of .bag files or of these sweeps"
 )
 
 _START = 4096
@@ -36,7 +37,8 @@ def open_recording(
     """Open the recording in a file or folder, recognised by content and then by name.
 
     ROS 1 bags (format 2.0), ROS 2 bags (folder, .mcap or .db3, either with .zstd), KITTI and
-    nuScenes sweeps, PCD files, and folders of sweeps, which are read in the order of their names.
+    nuScenes sweeps, PCD files, and folders of sweeps or of the parts of a ROS 1 bag, which are read
+    in the order of their names.
 
     Args:
         path: File or folder.
@@ -61,10 +63,10 @@ def _file(path: Path, topic: str | None, rate: float) -> SensorRecording:
     if not start:
         raise RecordingError(f"is empty; {KNOWN}", file=path, offset=0)
     if start.startswith(ros1.MAGIC):
-        return BagRecording(path, functools.partial(ros1.read_ros1, path), 1, topic)
+        return BagRecording(path, functools.partial(ros1.read_ros1, path), topic)
     packed = start.startswith(ZSTD_MAGIC) and path.name.endswith(ros2.PACKED)
-    if packed or start.startswith((mcap_file.MAGIC, ros2.SQLITE)):
-        return BagRecording(path, functools.partial(ros2.read_ros2, path), 2, topic)
+    if packed or start.startswith((mcap_file.MAGIC, SQLITE)):
+        return BagRecording(path, functools.partial(ros2.read_ros2, path), topic)
     read = _reader(path, start)
     if read is None:
         raise RecordingError(f"is not a recording; {KNOWN}", file=path, offset=0)
@@ -73,7 +75,7 @@ def _file(path: Path, topic: str | None, rate: float) -> SensorRecording:
 
 def _folder(path: Path, topic: str | None, rate: float) -> SensorRecording:
     if (path / ros2.METADATA).is_file() or _named(path, ros2.MESSAGE_FILES):
-        return BagRecording(path, functools.partial(ros2.read_ros2, path), 2, topic)
+        return BagRecording(path, functools.partial(ros2.read_ros2, path), topic)
     for folder in (path, *(path / name for name in _FOLDERS)):
         sweeps = _named(folder, ("*.pcd.bin",)) or _named(folder, ("*.pcd",))
         sweeps = sweeps or _named(folder, ("*.bin",))
@@ -81,19 +83,29 @@ def _folder(path: Path, topic: str | None, rate: float) -> SensorRecording:
             recording = SweepRecording(path, sweeps, _read_any, rate)
             others = set(_named(folder, _RECORDINGS)) - set(sweeps)
             if others:
-                names = ", ".join(file.name for file in sorted(others, key=natural_order)[:3])
-                more = ", …" if len(others) > 3 else ""
+                names = _names(sorted(others, key=natural_order))
                 recording.warnings.append(
                     f"{folder}: {len(sweeps)} {sweeps[0].suffix} sweeps are read; recordings of "
-                    f"other kinds are ignored: {names}{more}"
+                    f"other kinds are ignored: {names}"
                 )
             return recording
+    bags = _named(path, ("*.bag", "*.bag.active"))
+    if bags:
+        split = BagRecording(path, functools.partial(ros1.read_split, bags), topic)
+        if len(bags) > 1:
+            read = f"{len(bags)} bags are read one after the other: {_names(bags)}"
+            split.warnings.append(f"{path}: {read}")
+        return split
     raise RecordingError(f"holds no recording; {KNOWN}", file=path)
 
 
 def _named(folder: Path, patterns: Sequence[str]) -> list[Path]:
     found = {file for pattern in patterns for file in folder.glob(pattern) if file.is_file()}
     return sorted(found, key=natural_order)
+
+
+def _names(files: Sequence[Path]) -> str:
+    return ", ".join(file.name for file in files[:3]) + (", …" if len(files) > 3 else "")
 
 
 def _read_any(file: Path) -> CloudSweep:

@@ -46,6 +46,14 @@ class Transforms:
         self._samples[child].extend((time, *transform))
         self._tracks.pop(child, None)
 
+    def shift(self, child: str, seconds: float) -> None:
+        """Move the times of the transforms to a frame."""
+        samples = self._samples.get(child)
+        if samples is not None and seconds:
+            for k in range(0, len(samples), 8):
+                samples[k] += seconds
+            self._tracks.pop(child, None)
+
     @property
     def frames(self) -> tuple[str, ...]:
         """All frames."""

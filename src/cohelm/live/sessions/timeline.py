@@ -21,7 +21,7 @@ from cohelm.live.sessions.records import RideStop
 from cohelm.maps import OccupancyGrid
 from cohelm.reasons import Reason
 from cohelm.recordings.bags.mcap_file import read_mcap
-from cohelm.recordings.bags.ros_messages import Decoder
+from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.reader import RecordedRide
 
 PERIOD = 0.2
@@ -162,12 +162,11 @@ class _Topics(NamedTuple):
         times: list[float] = []
         people: list[tuple[Point, ...]] = []
         route: tuple[Point, ...] = ()
-        decoder = Decoder(2)
         for message in read_mcap(file, []):
             if message.topic not in {"/eta", "/people", "/plan"}:
                 continue
             try:
-                content = decoder.decode(message.data, message.type)
+                content = decode(message)
             except ValueError:
                 damaged[message.topic] = damaged.get(message.topic, 0) + 1
                 if message.topic == "/eta":

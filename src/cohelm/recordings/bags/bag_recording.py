@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import heapq
 import itertools
+import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,8 @@ from cohelm.geometry import compose, transform
 from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.recordings.api import Frame, Labels, far_points_problem
 from cohelm.recordings.bags import ros_messages as ros
+from cohelm.recordings.bags.clocks import StampClocks
+from cohelm.recordings.bags.duplicates import TopicReadings, duplicates
 from cohelm.recordings.bags.records import BagMessage
 from cohelm.recordings.bags.sensor_poses import POSE_TYPES, SensorPose, SensorPoses
 
@@ -30,37 +33,69 @@ _MAX_DISORDER = 0.5
 """Maximum disorder of readings of several sensors, s."""
 
 _MAX_WARNINGS = 100
+_REASONS = 5
+"""Maximum number of reasons in an error."""
+_READINGS = frozenset({ros.SCAN, ros.CLOUD})
+_SENSORS = ("LaserScan", "PointCloud")
+"""Parts of the names of types of scans and clouds: those that are not read are reported."""
+_WITH_DIGITS = re.compile(r"\w*\d\w*")
+
+_Topic = tuple[str, str, str]
+"""Name, type and encoding."""
+
+
+class _Report(NamedTuple):
+    """A problem of the messages on a topic."""
+
+    topic: str
+    time: float
+    """Of the first one."""
+    offset: int | None
+    problem: str
+    messages: set[tuple[float, int | None, int]]
+    """Their times, offsets and hashes: a bag is read more than once."""
+
+    def __str__(self) -> str:
+        count = len(self.messages)
+        which = f"a message on {self.topic}"
+        which = which if count == 1 else f"{count} messages on {self.topic}, the first"
+        return f"{which} at {self.time:.3f} s: {self.problem}"
 
 
 class BagRecording:
     """Bag of scans and clouds, one frame each, with the robot's pose from tf and odometry.
 
-    The time of a reading is that of its header, or of its reception where the header has none.
-    ``frames`` counts the readings; unreadable ones are skipped with a warning. Opening reads the
-    bag once, for tf and odometry; iterating reads it again.
+    The time of a reading is that of its header, or of its reception where the header has none;
+    stamps of different clocks are aligned. ``frames`` counts the readings; unreadable ones are
+    skipped with a warning. Opening reads the bag once, for tf, odometry and stamps; iterating reads
+    it again.
 
     Args:
         path: The bag, for messages.
         read: Reads it.
-        version: ROS version.
         topic: Topic to read; None: all scans and clouds.
 
     Raises:
         RecordingError: if there is no scan or cloud.
     """
 
-    def __init__(self, path: Path, read: Reader, version: int, topic: str | None) -> None:
+    def __init__(self, path: Path, read: Reader, topic: str | None) -> None:
         self.name = path.name
         self.warnings: list[str] = []
         self._path = path
         self._read = read
-        self._decoder = ros.Decoder(version)
-        self._poses = SensorPoses()
-        damage: list[RecordingError] = []
-        counts = self._survey(damage)
-        self._topics = self._choose(counts, topic, damage)
+        self._reports: dict[tuple[str, str], _Report] = {}
+        self._clocks = StampClocks()
+        self._poses = SensorPoses(self._clocks)
+        self._damage: list[RecordingError] = []
+        self._sources: dict[str, TopicReadings] = {}
+        counts = self._survey()
+        self._topics = self._choose(counts, topic)
         self.frames: int | None = sum(counts[key] for key in counts if key[0] in self._topics)
-        self.warnings.extend(map(str, damage))
+        self.warnings.extend(map(str, self._damage))
+        self._clock = self._clocks.alignment()
+        self._poses.finish(self._clock)
+        self.warnings.extend(f"{path}: {difference}" for difference in self._clock.descriptions)
 
     def __iter__(self) -> Iterator[Frame]:
         """Iterate over the frames in the order of time.
@@ -79,37 +114,57 @@ class BagRecording:
             newest = time
             yield frame
         if not seen:
-            raise RecordingError("none of its scans and clouds can be read", file=self._path)
+            problem = "none of its scans and clouds can be read"
+            raise self._error(problem, [*map(self._fault, self._reports.values()), *self._damage])
 
-    def _survey(self, damage: list[RecordingError]) -> Counter[tuple[str, str]]:
-        """Count the messages of each topic and type, and collect tf and odometry."""
-        counts: Counter[tuple[str, str]] = Counter()
-        for message in self._messages(damage):
-            counts[message.topic, message.type] += 1
+    def _survey(self) -> Counter[_Topic]:
+        """Count the messages of each topic, and collect poses, stamps and sources."""
+        counts: Counter[_Topic] = Counter()
+        for message in self._messages(self._damage):
+            counts[message.topic, message.type, message.encoding] += 1
             if message.type in POSE_TYPES:
                 known = self._decode(message)
                 if known is not None:
                     self._poses.add(known, message.type, message.topic, message.time)
-        self._poses.finish()
+            elif message.type in _READINGS:
+                self._add_source(message)
         return counts
 
-    def _choose(
-        self,
-        counts: Counter[tuple[str, str]],
-        topic: str | None,
-        damage: list[RecordingError],
-    ) -> frozenset[str]:
-        usable = sorted({name for name, type_ in counts if type_ in {ros.SCAN, ros.CLOUD}})
+    def _add_source(self, message: BagMessage) -> None:
+        try:
+            reading = ros.decode(message)
+        except ValueError:  # reported where its frame is missing
+            return
+        stamp = ros.stamp(reading.header)
+        self._clocks.add(message.topic, stamp, message.time)
+        source = self._sources.setdefault(message.topic, TopicReadings.of(message.type, reading))
+        source.times.add(stamp or message.time)
+        source.size += len(message.data)
+
+    def _choose(self, counts: Counter[_Topic], topic: str | None) -> frozenset[str]:
+        usable = {name for name, type_, _ in counts if type_ in _READINGS}
         if topic is None and usable:
-            return frozenset(usable)
+            repeated = duplicates(self._sources)
+            for name, whole in sorted(repeated.items()):
+                text = f"{name} repeats {whole}, with the same frame and times: {whole} is read"
+                self._add_warning(f"{self._path}: {text}")
+            others = [each for each in counts if each[0] not in usable and _sensor(each[1])]
+            if others:
+                self._add_warning(f"{self._path}: not read: {_listed(others)}")
+            return frozenset(usable - repeated.keys())
         if topic in usable:
             return frozenset({str(topic)})
-        if not counts and damage:
-            raise damage[0]
-        found = ", ".join(f"{name} ({type_.rpartition('/')[2]})" for name, type_ in sorted(counts))
         wanted = "LaserScan or PointCloud2" if topic is None else f"scan or cloud on {topic}"
-        held = f"it has {found[:300]}" if found else "it has no messages"
-        raise RecordingError(f"has no {wanted}; {held}", file=self._path)
+        held = f"it has {_listed(counts) or 'no messages'}"
+        raise self._error(f"has no {wanted}; {held}", self._damage)
+
+    def _error(self, problem: str, reasons: Sequence[RecordingError]) -> RecordingError:
+        """Error with the first reasons, and the position of the first one in the file."""
+        own = [reason for reason in reasons if reason.file == self._path]
+        texts = [reason.problem if reason in own else str(reason) for reason in reasons]
+        texts[_REASONS:] = [f"{len(texts) - _REASONS} more"] if len(texts) > _REASONS else []
+        offset = own[0].offset if own else None
+        return RecordingError("; ".join([problem, *texts]), file=self._path, offset=offset)
 
     def _messages(self, damage: list[RecordingError]) -> Iterator[BagMessage]:
         try:
@@ -123,7 +178,7 @@ class BagRecording:
         for message in self._messages([]):
             if message.type == ros.POSES and message.topic.rpartition("/")[2] == _LABELS:
                 labels = self._decode(message)
-            elif message.topic in self._topics and message.type in {ros.SCAN, ros.CLOUD}:
+            elif message.topic in self._topics and message.type in _READINGS:
                 reading = self._decode(message)
                 if reading is None:
                     continue
@@ -136,7 +191,7 @@ class BagRecording:
                 yield frame
 
     def _frame(self, reading: Any, message: BagMessage, labels: Any) -> Frame:
-        time = ros.stamp(reading.header) or message.time
+        time = self._clock.time(message.topic, ros.stamp(reading.header), message.time)
         place = self._poses.at(reading.header.frame_id, time)
         for text in self._poses.warnings:
             self._add_warning(f"{self._path}: {text}")
@@ -167,7 +222,7 @@ class BagRecording:
     def _decode(self, message: BagMessage) -> Any:
         """Decode a message; None, with a warning, where that fails."""
         try:
-            return self._decoder.decode(message.data, message.type)
+            return ros.decode(message)
         except ValueError as error:
             self._warn(str(error), message)
             return None
@@ -176,12 +231,40 @@ class BagRecording:
         self._report(f"skipped: {problem[:200]}", message)
 
     def _report(self, problem: str, message: BagMessage) -> None:
-        text = f"a message on {message.topic} at {message.time:.3f} s: {problem}"
-        self._add_warning(str(RecordingError(text, file=self._path, offset=message.offset)))
+        """Add a message to the line of its topic and problem, numbers in it apart."""
+        time, offset = message.time, message.offset
+        key = message.topic, _WITH_DIGITS.sub("", problem)
+        report = self._reports.setdefault(key, _Report(message.topic, time, offset, problem, set()))
+        before = str(self._fault(report))
+        report.messages.add((time, offset, hash(message.data)))
+        text = str(self._fault(report))
+        if before in self.warnings:
+            self.warnings[self.warnings.index(before)] = text
+        else:
+            self._add_warning(text)
+
+    def _fault(self, report: _Report) -> RecordingError:
+        return RecordingError(str(report), file=self._path, offset=report.offset)
 
     def _add_warning(self, text: str) -> None:
-        if len(self.warnings) < _MAX_WARNINGS and text not in self.warnings:
+        if len(self.warnings) >= _MAX_WARNINGS and text not in self.warnings:
+            text = f"{self._path}: further warnings are left out"
+        if text not in self.warnings:
             self.warnings.append(text)
+
+
+def _sensor(type_: str) -> bool:
+    """Check that a type is of scans or clouds, also of one that is not read."""
+    return any(part in type_ for part in _SENSORS)
+
+
+def _listed(topics: Iterable[_Topic]) -> str:
+    """Topics with their types, and their encodings where those are not read."""
+    kinds = []
+    for name, type_, encoding in sorted(topics):
+        kind = type_.rpartition("/")[2] or "no type"
+        kinds.append(f"{name} ({kind}{'' if encoding in ros.ENCODINGS else f', {encoding}'})")
+    return ", ".join(kinds)[:300]
 
 
 def _labels(poses: Any, time: float, place: SensorPose) -> Labels:

@@ -35,6 +35,10 @@ _DECOMPRESSORS = {
 }
 
 
+_SIGNATURES = {ZSTD_MAGIC: "zstd", b"\x04\x22\x4d\x18": "lz4", b"BZh": "bz2"}
+"""First bytes of compressed data; a message in CDR begins with 0."""
+
+
 class _Decompressor(Protocol):
     @property
     def eof(self) -> bool: ...
@@ -48,6 +52,12 @@ class _Decompressor(Protocol):
 def max_unpacked(packed: int) -> int:
     """Maximum plausible size of so many compressed bytes; a decompression bomb claims more."""
     return max(_ALLOWED, _RATIO * packed)
+
+
+def kind_of(data: bytes, declared: str) -> str:
+    """Compression of a message: that of its first bytes, else one declared that has none known."""
+    known = next((kind for first, kind in _SIGNATURES.items() if data.startswith(first)), "")
+    return known or ("" if declared in _SIGNATURES.values() else declared)
 
 
 def decompress(data: bytes, kind: str, size: int) -> bytes:

@@ -1,4 +1,4 @@
-"""MCAP files of ROS 2, read from the start as far as they are sound.
+"""MCAP files, read from the start as far as they are sound.
 
 The ``mcap`` library decodes the records. Its readers are not used: they need the summary at the
 end, stop at the first damaged length, and decompress chunks whole. Here the records are walked by
@@ -36,7 +36,8 @@ class _Met:
     """Schemas and channels met so far, by id, and the number of messages."""
 
     types: dict[int, str] = field(default_factory=dict)
-    topics: dict[int, tuple[str, str]] = field(default_factory=dict)
+    topics: dict[int, tuple[str, str, str]] = field(default_factory=dict)
+    """Topic, type and encoding."""
     messages: int = 0
 
 
@@ -115,16 +116,19 @@ def _record(opcode: int, data: bytes, met: _Met, offset: int) -> Iterator[BagMes
     try:
         if opcode == Opcode.SCHEMA:
             schema = Schema.read(stream)
-            met.types[schema.id] = schema.name
+            # ROS 1 has no "msg" in the names of types.
+            parts = schema.name.split("/")
+            met.types[schema.id] = "/msg/".join(parts) if len(parts) == 2 else schema.name
         elif opcode == Opcode.CHANNEL:
             channel = Channel.read(stream)
             type_ = met.types.get(channel.schema_id, "")
-            met.topics[channel.id] = channel.topic, type_
+            met.topics[channel.id] = channel.topic, type_, channel.message_encoding or "cdr"
         elif opcode == Opcode.MESSAGE:
             message = Message.read(stream, len(data))
-            topic, type_ = met.topics[message.channel_id]
+            topic, type_, encoding = met.topics[message.channel_id]
             met.messages += 1
-            yield BagMessage(topic, type_, 1e-9 * message.log_time, message.data, offset)
+            time = 1e-9 * message.log_time
+            yield BagMessage(topic, type_, time, message.data, offset, encoding)
     except KeyError:
         raise BrokenRecord("a message belongs to no topic", offset) from None
     except _DAMAGED:

@@ -20,6 +20,8 @@ class BagMessage(NamedTuple):
     data: bytes
     offset: int | None
     """Offset of the record, or of its chunk, in the file, bytes; None where there is none."""
+    encoding: str = "cdr"
+    """``cdr``, ``ros1``, or one that is not read."""
 
 
 class BrokenRecord(Exception):

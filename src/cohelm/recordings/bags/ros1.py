@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from cohelm.errors import RecordingError
@@ -40,16 +40,22 @@ def read_ros1(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
     with file.open("rb") as stream:
         version = stream.read(len(_VERSION))
         if version != _VERSION:
-            raise RecordingError(
-                f"is a bag of another format, {version[8:12]!r}: convert it with rosbag migrate",
-                file=file,
-                offset=0,
-            )
+            other = f"is a bag of another format, {version[8:12]!r}: convert it with rosbag migrate"
+            raise RecordingError(other if version else "is empty", file=file, offset=0)
         records = RecordStream(stream, os.fstat(stream.fileno()).st_size)
         try:
             yield from _records(records, file, damage)
         except BrokenRecord as fault:
             damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
+
+
+def read_split(files: Sequence[Path], damage: list[RecordingError]) -> Iterator[BagMessage]:
+    """Read the messages of the files into which ``rosbag record --split`` divides a recording."""
+    for file in files:
+        try:
+            yield from read_ros1(file, damage)
+        except RecordingError as error:
+            damage.append(error)
 
 
 def _records(
@@ -126,7 +132,7 @@ def _message(
     elif number in connections:
         when = head.get("time", b"")
         time = _number(when, 0, offset) + 1e-9 * _number(when, 4, offset)
-        yield BagMessage(*connections[number], time, data, offset)
+        yield BagMessage(*connections[number], time, data, offset, "ros1")
     else:
         raise records.broken("a message belongs to no topic")
 

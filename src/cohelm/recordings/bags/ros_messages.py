@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cohelm.arrays import Floats, Floats32
 from cohelm.messages import PointCloud, Scan
 from cohelm.recordings.api import max_range, without_far_points
+from cohelm.recordings.bags.records import BagMessage
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -23,32 +24,29 @@ POSES = "geometry_msgs/msg/PoseArray"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 OLD_TRANSFORMS = "tf/msg/tfMessage"
 
+ENCODINGS = frozenset({"cdr", "ros1"})
+"""Encodings of ROS 2 and ROS 1."""
+
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Types of a PointField."""
 _MAX_BEAMS = 1_000_000
 
 
-class Decoder:
-    """Decoder of messages, with the types that ROS defines, not those that a bag embeds.
+def decode(message: BagMessage) -> Any:
+    """Decode a message with the types that ROS defines, not those that a bag embeds.
 
-    Args:
-        version: ROS version, 1 or 2.
+    Raises:
+        ValueError: if the encoding is not one of ROS, or the bytes are not a message of that type.
     """
-
-    def __init__(self, version: int) -> None:
-        types = store(version)
-        self._decode = types.deserialize_ros1 if version == 1 else types.deserialize_cdr
-
-    def decode(self, data: bytes, type_: str) -> Any:
-        """Decode a message.
-
-        Raises:
-            ValueError: if the bytes are not a message of that type.
-        """
-        try:
-            return self._decode(data, type_)
-        except Exception as error:  # damaged bytes raise many kinds of errors in rosbags
-            raise ValueError(f"not a {type_.rpartition('/')[2]}: {error}") from None
+    data, type_ = message.data, message.type
+    if message.encoding not in ENCODINGS:
+        raise ValueError(f"its encoding {message.encoding[:20]!r} is not read, cdr and ros1 are")
+    try:
+        if message.encoding == "ros1":
+            return store(1).deserialize_ros1(data, type_)
+        return store(2).deserialize_cdr(data, type_)
+    except Exception as error:  # damaged bytes raise many kinds of errors in rosbags
+        raise ValueError(f"not a {type_.rpartition('/')[2]}: {error}") from None
 
 
 @functools.cache
@@ -137,16 +135,20 @@ def _points(message: Any) -> Floats32:
     shape = height, width = int(message.height), int(message.width)
     if height * width == 0:
         return np.empty((0, 3), dtype=np.float32)
-    row, step = int(message.row_step), int(message.point_step)
+    row, step, size = int(message.row_step), int(message.point_step), len(message.data)
+    plain = height * width * step
+    # Drivers write 0, the width or the whole size as row_step: without padding it is not needed.
+    if size == plain:
+        row = width * step
     # The last row may lack its padding, but no point may be missing or left over.
     least, most = (height - 1) * row + width * step, height * row
-    if width * step > row or not least <= len(message.data) <= most:
+    if width * step > row or not least <= size <= most:
         raise ValueError(
-            f"a PointCloud2 of {height} × {width} points of {step} bytes in {len(message.data)}"
+            f"a PointCloud2 of {height} × {width} points of {step} bytes, row_step {row}, "
+            f"needs {max(least, plain)} bytes and has {size}"
         )
     order = ">" if message.is_bigendian else "<"
-    fields = {field.name: field for field in message.fields}
-    columns = [_column(message, fields.get(axis), axis, order, shape) for axis in "xyz"]
+    columns = [_column(message, axis, order, shape, row) for axis in "xyz"]
     points = np.empty((height * width, 3), dtype=np.float32)
     with np.errstate(over="ignore", invalid="ignore"):
         for k, column in enumerate(columns):
@@ -154,9 +156,8 @@ def _points(message: Any) -> Floats32:
     return points
 
 
-def _column(
-    message: Any, field: Any, axis: str, order: str, shape: tuple[int, int]
-) -> NDArray[Any]:
+def _column(message: Any, axis: str, order: str, shape: tuple[int, int], row: int) -> NDArray[Any]:
+    field = {field.name: field for field in message.fields}.get(axis)
     if field is None or field.datatype not in _NUMBERS:
         raise ValueError(f"a PointCloud2 without a numeric field {axis}")
     number = np.dtype(order + _NUMBERS[field.datatype])
@@ -167,5 +168,5 @@ def _column(
         dtype=number,
         buffer=np.ascontiguousarray(message.data),
         offset=int(field.offset),
-        strides=(int(message.row_step), int(message.point_step)),
+        strides=(row, int(message.point_step)),
     )

@@ -17,6 +17,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import wrap_angle
+from cohelm.recordings.bags.clocks import Alignment, StampClocks
 from cohelm.recordings.bags.ros_messages import (
     ODOMETRY,
     OLD_TRANSFORMS,
@@ -54,13 +55,21 @@ class SensorPose(NamedTuple):
 
 
 class SensorPoses:
-    """Poses in a bag: collected in a first pass, looked up in a second."""
+    """Poses in a bag: collected in a first pass, looked up in a second.
 
-    def __init__(self) -> None:
+    Args:
+        clocks: Takes the stamps.
+    """
+
+    def __init__(self, clocks: StampClocks) -> None:
+        self._clocks = clocks
         self.warnings: list[str] = []
         """Assumptions made."""
         self._transforms = Transforms()
+        self._unstamped: list[tuple[str, str, float, tuple[float, ...]]] = []
+        """Parent, child, time of reception, transform."""
         self._odometry = array.array("d")
+        """Stamp, pose, twist and time of reception, 12 numbers each."""
         self._frames: tuple[str, str, str] | None = None
         self._twists = np.empty((0, 4))
         self._chosen: dict[str, tuple[str, str | None]] = {}
@@ -70,9 +79,14 @@ class SensorPoses:
         if type_ != ODOMETRY:
             static = topic.rstrip("/").endswith("tf_static")
             for entry in message.transforms:
-                time = -math.inf if static else stamp(entry.header) or received
+                time = -math.inf if static else stamp(entry.header)
                 frames = entry.header.frame_id, entry.child_frame_id
+                if time == 0.0:
+                    self._unstamped.append((*frames, received, transform(entry.transform)))
+                    continue
                 self._transforms.add(*frames, time, transform(entry.transform))
+                if not static:
+                    self._clocks.add(_stream(name(entry.child_frame_id)), time, received)
             return
         parent, child = name(message.header.frame_id), name(message.child_frame_id)
         source = topic, parent or "odom", child or "base_link"
@@ -80,14 +94,20 @@ class SensorPoses:
         twist = message.twist.twist
         row = (*transform(message.pose.pose), twist.linear.x, twist.linear.y, twist.angular.z)
         if source == self._frames and all(abs(number) < MAX_COORDINATE for number in row):
-            self._odometry.extend((stamp(message.header) or received, *row))
+            self._odometry.extend((stamp(message.header), *row, received))
+            self._clocks.add(topic, stamp(message.header), received)
 
-    def finish(self) -> None:
+    def finish(self, clock: Alignment) -> None:
         """End the first pass; odometry gives the pose only if tf does not."""
-        rows = np.array(self._odometry).reshape(-1, 11)
+        for frame in self._transforms.frames:
+            self._transforms.shift(frame, -clock.shifts.get(_stream(frame), 0.0))
+        for parent, child, received, pose in self._unstamped:
+            self._transforms.add(parent, child, received + clock.reception, pose)
+        rows = np.array(self._odometry).reshape(-1, 12)
         if self._frames is None or len(rows) == 0:
             return
-        _, parent, child = self._frames
+        topic, parent, child = self._frames
+        rows[:, 0] = [clock.time(topic, row[0], row[-1]) for row in rows.tolist()]
         if not self._transforms.has_parent(child):
             for row in rows.tolist():
                 self._transforms.add(parent, child, row[0], row[1:8])
@@ -152,6 +172,11 @@ class SensorPoses:
     def _warn(self, text: str) -> None:
         if text.partition(" near ")[0] not in {w.partition(" near ")[0] for w in self.warnings}:
             self.warnings.append(text)
+
+
+def _stream(frame: str) -> str:
+    """Stream of the transforms to a frame."""
+    return f"tf to {frame!r}"
 
 
 def _last(frame: str) -> str:

@@ -122,8 +122,7 @@ def _ascii(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
         at = end + 1 if end >= 0 else len(data)
         if end < 0:
             break
-    rest = len(data[at:].strip())
-    return _table(rows), _missing(len(rows), header, len(data)) or _left(rest, header, at)
+    return _table(rows), _missing(len(rows), header, len(data)) or _left(data[at:], header, at)
 
 
 def _table(rows: list[tuple[float, ...]]) -> Floats32:
@@ -137,8 +136,7 @@ def _binary(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
     for k, field in enumerate(header.axes):
         points[:, k] = _numbers(block, field, there, field.before, header.step)
     end = header.start + there * header.step
-    # Text editors add a line break.
-    return points, _missing(there, header, end) or _left(len(data[end:].strip()), header, end)
+    return points, _missing(there, header, end) or _left(data[end:], header, end)
 
 
 def _compressed(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
@@ -146,10 +144,10 @@ def _compressed(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
         raise Malformed("is cut before its points", len(data))
     packed, size = struct.unpack_from("<II", data, header.start)
     begin = header.start + 8
-    if size != header.points * header.step or size > _LZF_RATIO * packed + 1:
-        raise Malformed(
-            f"{packed} bytes cannot be {header.points} points of {header.step}", header.start
-        )
+    needed = header.points * header.step
+    if size < needed or size > _LZF_RATIO * packed + 1:
+        problem = f"{packed} bytes, {size} unpacked, cannot be {header.points} points"
+        raise Malformed(f"{problem} of {header.step}, {needed} bytes", header.start)
     block = decompress_lzf(data[begin : begin + packed], size)
     there = header.points
     for field in header.axes:
@@ -159,7 +157,8 @@ def _compressed(data: bytes, header: Header) -> tuple[Floats32, _Cut | None]:
     for k, field in enumerate(header.axes):
         points[:, k] = _numbers(block, field, there, field.before * header.points, field.stride)
     end = min(begin + packed, len(data))
-    return points, _missing(there, header, end) or _left(len(data[end:].strip()), header, end)
+    rest = block[needed:].tobytes() + data[end:]
+    return points, _missing(there, header, end) or _left(rest, header, end)
 
 
 _DECODERS: dict[str, Callable[[bytes, Header], tuple[Floats32, _Cut | None]]] = {
@@ -194,11 +193,13 @@ def _missing(there: int, header: Header, offset: int) -> _Cut | None:
     return _Cut(f"ends or is damaged after {there} of {header.points} points", offset)
 
 
-def _left(rest: int, header: Header, offset: int) -> _Cut | None:
-    if rest == 0:
+def _left(rest: bytes, header: Header, offset: int) -> _Cut | None:
+    # Text editors add a line break; writers that reserve space leave zeros.
+    more = len(rest.strip(b"\0 \t\r\n"))
+    if more == 0:
         return None
     return _Cut(
-        f"has {rest} more bytes than {header.points} points: its header may be wrong", offset
+        f"has {more} more bytes than {header.points} points: its header may be wrong", offset
     )
 
 

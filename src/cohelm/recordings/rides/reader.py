@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from cohelm.errors import RecordingError
 from cohelm.recordings.bags.mcap_file import MAGIC, read_mcap
 from cohelm.recordings.bags.records import BagMessage
-from cohelm.recordings.bags.ros_messages import Decoder
+from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.exact import unpack
 from cohelm.recordings.rides.ride import FORMAT, RIDE_TOPIC, TICK_TOPIC, RideFacts, RideTick
 
@@ -32,7 +32,6 @@ class RecordedRide:
         self.file = file
         self.warnings: list[str] = []
         """One line for everything that could not be read; grows while reading."""
-        self._decoder = Decoder(2)
         _check_kind(file)
         self.facts = self._facts()
         """Parts and parameters of the navigator."""
@@ -99,7 +98,7 @@ class RecordedRide:
 
     def _value(self, message: BagMessage, kind: type[_T]) -> _T:
         try:
-            octets: Any = self._decoder.decode(message.data, message.type)
+            octets: Any = decode(message)
             return unpack(bytes(octets.data), kind)
         except (ValueError, AttributeError) as fault:
             raise self._fault(message, f"a message on {message.topic} {fault}") from None
