@@ -108,7 +108,8 @@ def test_a_long_way_with_many_bends_is_as_drivable_as_a_short_one():
         (10.0 * k, 3.0 * (k % 2 == 0), 10.0 * k + 0.4, 24.0 - 3.0 * (k % 2 == 1))
         for k in range(1, 20)
     ]
-    path = AStar().plan(problem(room(200.0, 24.0, boxes=walls), (3.0, 3.0), (197.0, 21.0)))
+    hall = room(200.0, 24.0, boxes=walls)
+    path = AStar().plan(problem(hall, (3.0, 3.0), (197.0, 21.0), clearance=0.0))
     assert 19 * 10.0 + 19 * 15.0 > path.length > 19 * 10.0 + 19 * 10.0
 
 
