@@ -1,9 +1,13 @@
 """The cache of compiled kernels: when an entry is used, and what is compiled again."""
 
+import errno
 import os
 import pickle
+import pwd
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +16,11 @@ from numba import njit
 from numba.core import caching
 
 from cohelm import kernel_cache, numba_setup
+from cohelm.errors import ConfigError
 from cohelm.geometry import nearest_on_polyline
 from cohelm.kernel_cache import KernelLocator, Stamp, fingerprint
+from cohelm.live.sessions.records import default_folder
+from cohelm.planning.alternatives.rider_file import rider_names, riders_folder
 
 LIMIT = 2.0
 TABLE = np.array([1.0, 2.0])
@@ -203,3 +210,57 @@ def test_starting_costs_little():
         float(subprocess.check_output([sys.executable, "-c", code], text=True)) for _ in range(3)
     ]
     assert min(times) < 0.03
+
+
+@pytest.fixture
+def homeless(monkeypatch):
+    """A process without HOME, of a user id that the password file does not know."""
+    for name in ("HOME", "XDG_CACHE_HOME", "XDG_DATA_HOME", kernel_cache.FOLDER):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(pwd, "getpwuid", lambda uid: {}[uid])
+
+
+def test_without_a_home_folder_the_cache_is_temporary(monkeypatch, fresh_place, homeless):
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: False)
+    assert not fresh_place().lasts
+    assert "no home folder" in fresh_place().note
+
+
+def test_without_any_folder_nothing_is_kept(monkeypatch, fresh_place, homeless):
+    monkeypatch.setattr(kernel_cache, "_is_writable", lambda folder: False)
+    monkeypatch.setattr(tempfile, "mkdtemp", refuse)
+    assert not fresh_place().lasts
+    assert "compiled code is not kept" in fresh_place().note
+
+
+def test_without_a_home_folder_files_of_riders_and_sessions_name_a_remedy(homeless):
+    assert rider_names() == ()
+    for folder in (riders_folder, default_folder):
+        with pytest.raises(ConfigError, match="set HOME or XDG_DATA_HOME"):
+            folder()
+
+
+def refuse(*_, **__):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+@pytest.mark.parametrize("step", ["_save_data", "_save_index", "_remove_outdated", "_load_index"])
+def test_a_kernel_that_cannot_be_saved_is_used_and_told_once(files, monkeypatch, step):
+    monkeypatch.setattr(kernel_cache, "_refusals", [])
+    full = files()
+    monkeypatch.setattr(full, step, refuse)
+    with pytest.warns(kernel_cache.KernelCacheWarning, match="No space left") as told:
+        _ = [full.save(key, "code") for key in ("key", "another key")]
+    assert len(told) == 1
+    assert "No space left" in kernel_cache.unsaved()
+    assert files().load("key") in {None, "code"}
+
+
+def test_kernels_of_a_wheel_are_done_without_on_a_full_disk(monkeypatch, tmp_path):
+    (tmp_path / numba_setup.MANIFEST).write_text("made for this machine")
+    monkeypatch.setattr(kernel_cache, "SOURCE", tmp_path)
+    monkeypatch.setattr(shutil, "copyfile", refuse)
+    user = tmp_path / "user"
+    user.mkdir()
+    kernel_cache._with_kernels_of_wheel(user / "kernels")
+    assert list(user.iterdir()) == []

@@ -219,6 +219,11 @@ class Passage:
         x, y = self.point
         cells = f"the map's cells are {self.resolution:.2f} m, the width is known no better"
         wide = f"at ({x:.2f}, {y:.2f})"
+        if self.turns and self.width >= self.needed:
+            return (
+                f"no path was found through the passage {wide}, although it is wide enough: "
+                f"{self.width:.2f} m, and {self.needed:.2f} m would do"
+            )
         if self.turns:
             return (
                 f"the robot cannot turn in the passage {wide}, {self.width:.2f} m wide; "

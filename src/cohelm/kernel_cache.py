@@ -14,19 +14,29 @@ closes by numba's extension point for cache locators and a subclass of its index
 from __future__ import annotations
 
 import atexit
+import contextlib
 import functools
 import hashlib
 import os
 import shutil
 import tempfile
+import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from cohelm.folders import user_folder
 from cohelm.numba_setup import MANIFEST, manifest, this_cpu
 
 FOLDER = "NUMBA_CACHE_DIR"
 """Environment variable of numba."""
 SOURCE = Path(__file__).parent
+
+
+_refusals: list[str] = []
+
+
+class KernelCacheWarning(UserWarning):
+    """Compiled code cannot be kept."""
 
 
 class Place(NamedTuple):
@@ -44,7 +54,8 @@ def place() -> Place:
     """Root of the cache: the first of these that can be written to.
 
     ``NUMBA_CACHE_DIR``, the package itself, the user's cache folder, a temporary folder. The
-    kernels of a wheel are copied along.
+    kernels of a wheel are copied along. If none can be written to, it is the package, which keeps
+    nothing.
     """
     chosen, refused = os.environ.get(FOLDER), []
     if chosen:
@@ -54,19 +65,23 @@ def place() -> Place:
     if _is_writable(SOURCE):
         return Place(SOURCE, _note(refused, SOURCE) if chosen else "")
     refused.append(str(SOURCE))
-    user = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser()) / "cohelm"
-    if _is_writable(user):
+    user = user_folder("XDG_CACHE_HOME", ".cache")
+    if user is not None and _is_writable(user):
         folder = user / hashlib.sha256(os.fsencode(SOURCE)).hexdigest()[:16]
         return Place(_with_kernels_of_wheel(folder), _note(refused, folder))
-    refused.append(str(user))
-    temporary = Path(tempfile.mkdtemp(prefix="cohelm-"))
+    refused.append(str(user or "~/.cache (no home folder)"))
+    try:
+        temporary = Path(tempfile.mkdtemp(prefix="cohelm-"))
+    except OSError:
+        return Place(SOURCE, _note(refused, None), lasts=False)
     atexit.register(shutil.rmtree, temporary, ignore_errors=True)
     folder = _with_kernels_of_wheel(temporary / "cohelm")
     return Place(folder, _note(refused, folder), lasts=False)
 
 
-def _note(refused: list[str], folder: Path) -> str:
-    return f"cannot write to {', '.join(refused)}: compiled code goes to {folder}"
+def _note(refused: list[str], folder: Path | None) -> str:
+    result = f"goes to {folder}" if folder else "is not kept"
+    return f"cannot write to {', '.join(refused)}: compiled code {result}"
 
 
 def _is_writable(folder: Path) -> bool:
@@ -87,14 +102,15 @@ def _with_kernels_of_wheel(folder: Path) -> Path:
     folder = folder.with_name(f"{folder.name}-{hashlib.sha256(text).hexdigest()[:8]}")
     if folder.is_dir():
         return folder
-    copy = Path(tempfile.mkdtemp(dir=folder.parent))
-    for file in (SOURCE / MANIFEST, *SOURCE.rglob("*.nb[ci]")):
-        target = copy / file.relative_to(SOURCE)
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(file, target)
+    copy = folder
     try:
+        copy = Path(tempfile.mkdtemp(dir=folder.parent))
+        for file in (SOURCE / MANIFEST, *SOURCE.rglob("*.nb[ci]")):
+            target = copy / file.relative_to(SOURCE)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, target)
         copy.rename(folder)
-    except OSError:  # another process was faster
+    except OSError:  # another process was faster, or the disk is full
         shutil.rmtree(copy, ignore_errors=True)
     return folder
 
@@ -119,6 +135,11 @@ def state() -> str:
     for file in sorted(SOURCE.rglob("*.py")):
         hashed.update(str(file.relative_to(SOURCE)).encode() + file.read_bytes())
     return manifest(this_cpu()) + hashed.hexdigest() + "\n"
+
+
+def unsaved() -> str:
+    """Reason why a kernel of this process could not be saved; empty: all were."""
+    return _refusals[0] if _refusals else ""
 
 
 def is_filled(package: str = "control") -> bool:
@@ -154,8 +175,9 @@ class KernelLocator:
         return next((each for each in found if each is not None), None)
 
     def ensure_cache_path(self) -> None:
-        """Create the folder."""
-        Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
+        """Create the folder; if that fails, saving says so."""
+        with contextlib.suppress(OSError):
+            Path(self.get_cache_path()).mkdir(parents=True, exist_ok=True)
 
     def get_cache_path(self) -> str:
         """Folder of the cached file."""
@@ -263,6 +285,17 @@ def _add_module(add: Any, module: Any, names: list[str], seen: list[Any]) -> Non
             _add_value(add, getattr(module, name), names, seen)
 
 
+def _refuse(folder: str, error: OSError) -> None:
+    """Warn, once in a process, that compiled code is not kept."""
+    if not _refusals:
+        _refusals.append(f"cannot write to {folder} ({error.strerror or error})")
+        warnings.warn(
+            f"{_refusals[0]}: compiled code is not kept, and every start compiles again",
+            KernelCacheWarning,
+            stacklevel=2,
+        )
+
+
 def _install_index_files(caching: Any) -> None:
     """Replace numba's class of index files, once."""
     base = caching.IndexDataCacheFile
@@ -273,7 +306,16 @@ def _install_index_files(caching: Any) -> None:
         """Index and data files of one function that may be damaged, and shared by processes."""
 
         def save(self, key: Any, data: Any) -> None:
-            """Save data first, so that no index names a file that does not exist."""
+            """Save data first, so that no index names a file that does not exist.
+
+            A kernel that cannot be saved, as on a full disk, is still used by this process.
+            """
+            try:
+                self._save(key, data)
+            except OSError as error:
+                _refuse(self._cache_path, error)
+
+        def _save(self, key: Any, data: Any) -> None:
             overloads = self._load_index()
             text = f"{getattr(self._source_stamp, 'text', self._source_stamp)!r} {key!r}"
             number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:6])

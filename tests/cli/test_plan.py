@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 from cohelm.cli import parsing
 from cohelm.cli.parsing import read_stroke, wishes_of
@@ -104,11 +105,66 @@ def test_a_keepout_mask_is_kept_out_of(plan, tmp_path):
 
 
 def test_a_speed_mask_costs_time_and_moves_no_route(plan, tmp_path):
-    # 25 % everywhere (occupancy 25): 0.3 m/s of 1.2; 8 m take 8/0.3 − 8/0.8 = 16.7 s more.
-    pixels = np.full((60, 100), 25, dtype=np.uint8)
+    # 100 − 75 = 25 % everywhere: 0.3 m/s of 1.2; 8 m take 8/0.3 − 8/0.8 = 16.7 s more.
+    pixels = np.full((60, 100), 75, dtype=np.uint8)
     usual, slow = plan(), plan("--speed-mask", mask(tmp_path, "speed", pixels, mode="raw"))
     assert slow["points"] == usual["points"]
     assert slow["estimated_time"] - usual["estimated_time"] == pytest.approx(16.7, abs=0.6)
+
+
+def described(folder, name, **given):
+    """A parameter file of Nav2's costmap_filter_info_server."""
+    file = folder / name
+    file.write_text(yaml.safe_dump({"costmap_filter_info_server": {"ros__parameters": given}}))
+    return file
+
+
+def test_the_numbers_of_masks_come_from_options_or_nav2s_description(plan, tmp_path):
+    # All of these make 30 of the pixels mean 0.3 m/s, 25 % of full speed.
+    pixels = np.full((60, 100), 30, dtype=np.uint8)
+    speed = ("--speed-mask", mask(tmp_path, "speed", pixels, mode="raw"))
+    percent = described(tmp_path, "percent.yaml", type=1, base=55.0, multiplier=-1.0)
+    absolute = described(tmp_path, "absolute.yaml", type=2, multiplier=0.01)
+    keepout = described(tmp_path, "keepout.yaml", type=0, base=100.0, multiplier=-1.0)
+    free = np.full((60, 100), 100, dtype=np.uint8)
+    free[20:60, 45:55] = 0
+    inverted = ("--keepout", mask(tmp_path, "keep", free, mode="raw"))
+    slow = plan(*speed, "--speed-base", "55")
+    assert slow["estimated_time"] - plan()["estimated_time"] == pytest.approx(16.7, abs=0.6)
+    for options in (
+        ("--speed-base", "-5", "--speed-multiplier", "1"),
+        ("--filter-info", percent),
+        ("--filter-info", absolute),
+        ("--filter-info", absolute, "--speed-base", "0.15", "--speed-multiplier", "0.005"),
+    ):
+        assert plan(*speed, *options)["estimated_time"] == pytest.approx(slow["estimated_time"])
+    both = plan(*speed, *inverted, "--filter-info", keepout, "--filter-info", percent)
+    assert highest(both) > 1.0
+    assert both["estimated_time"] > slow["estimated_time"]
+
+
+def test_a_description_of_no_given_mask_is_refused(cohelm, room, tmp_path):
+    info = described(tmp_path, "speed.yaml", type=1, base=100.0, multiplier=-1.0)
+    keepout = mask(tmp_path, "keep", np.full((60, 100), 254, dtype=np.uint8))
+    for options in ((), ("--keepout", keepout)):
+        code, out, err = cohelm("plan", room, *ENDS, "--filter-info", info, *options)
+        assert (code, out) == (2, "")
+        assert "speed.yaml: --filter-info: describes no mask" in err
+    code, _, err = cohelm(
+        "plan", room, *ENDS, "--filter-info", info, "--filter-info", info, "--speed-mask", keepout
+    )
+    assert code == 2
+    assert "--filter-info: several describe" in err
+
+
+@pytest.mark.filterwarnings("default::cohelm.maps.MapWarning")
+def test_what_is_left_out_of_a_map_reaches_the_user(cohelm, room, another_map):
+    assert room.is_file()
+    changed = another_map(map_type="occupancy", width=100)
+    code, _, err = cohelm("plan", changed, *ENDS)
+    assert code == 0
+    assert "warning: " in err
+    assert "map_type, width" in err
 
 
 def test_crowds_are_gone_round(plan, tmp_path):

@@ -1,5 +1,7 @@
 """Masks in Nav2's costmap-filter semantics: what is closed, how fast, and how they are read."""
 
+import warnings
+
 import numpy as np
 import pytest
 import yaml
@@ -14,9 +16,11 @@ from cohelm.maps import (
     OCCUPIED,
     UNKNOWN,
     CostmapFilter,
+    MapWarning,
     OccupancyGrid,
     closed_cells,
     read_crowding,
+    read_filter_info,
     read_mask,
     speed_limit_at,
 )
@@ -51,6 +55,99 @@ def test_a_mask_is_read_with_its_shades(tmp_path):
     assert (mask.base, mask.multiplier) == (0.0, 1.0)
 
 
+def test_a_shade_of_a_speed_mask_is_subtracted_from_full_speed_as_in_nav2(tmp_path):
+    # Nav2's samples: limit = 100 − value. Value 25 is 75 %, 100 is 0 %, which is no limit.
+    mask = read_mask(write(tmp_path, [[0, 25, 90, 100]], mode="raw"), type="speed_percent")
+    limits = [speed_limit_at((mask,), np.array([1.25 + 0.5 * k, 2.25]), 1.0) for k in range(4)]
+    assert limits == pytest.approx([1.0, 0.75, 0.1, 1.0])
+
+
+def test_a_given_number_is_used_in_place_of_nav2s(tmp_path):
+    file = write(tmp_path, [[25]], mode="raw")
+    mask = read_mask(file, type="speed_percent", base=0.0, multiplier=1.0)
+    assert speed_limit_at((mask,), np.array([1.25, 2.25]), 1.0) == pytest.approx(0.25)
+    absolute = read_mask(file, type="speed_absolute", multiplier=0.01)
+    assert speed_limit_at((absolute,), np.array([1.25, 2.25]), 1.0) == pytest.approx(0.25)
+    with pytest.raises(MapError, match=r"mask\.yaml: .*speed_absolute needs a multiplier"):
+        read_mask(file, type="speed_absolute")
+
+
+def test_values_that_are_no_limit_are_told(tmp_path):
+    file = write(tmp_path, [[0, 25, 50]], mode="raw")
+    with pytest.warns(MapWarning, match=r"value 25 gives 125 %.*no limit; so do 1 other"):
+        read_mask(file, type="speed_percent", multiplier=1.0)
+
+
+SERVER = {"use_sim_time": True, "filter_info_topic": "/i", "mask_topic": "/m"}
+
+
+@pytest.mark.parametrize(
+    "wrap",
+    [
+        lambda given: {"costmap_filter_info_server": {"ros__parameters": given}},
+        lambda given: {"speed_costmap_filter_info_server": {"ros__parameters": given}, "amcl": {}},
+        lambda given: {"ward": {"costmap_filter_info_server": {"ros__parameters": given}}},
+        lambda given: {"/**": {"ros__parameters": given}, "map_server": {"ros__parameters": {}}},
+        lambda given: given,
+    ],
+)
+def test_nav2s_parameters_describe_a_mask(tmp_path, wrap):
+    file = tmp_path / "params.yaml"
+    given = {**SERVER, "type": 2, "base": 0.1, "multiplier": 0.01}
+    file.write_text(yaml.safe_dump(wrap(given)))
+    info = read_filter_info(file)
+    assert (info.filter_type, info.base, info.multiplier) == ("speed_absolute", 0.1, 0.01)
+    mask = read_mask(write(tmp_path, [[25]], mode="raw"), info=info)
+    assert speed_limit_at((mask,), np.array([1.25, 2.25]), 1.0) == pytest.approx(0.35)
+
+
+def test_of_several_descriptions_the_one_of_the_type_counts(tmp_path):
+    file = tmp_path / "params.yaml"
+    both = {
+        "keepout_costmap_filter_info_server": {"type": 0, "base": 0.0, "multiplier": 1.0},
+        "speed_costmap_filter_info_server": {"type": 1, "base": 100.0, "multiplier": -1.0},
+        "binary_costmap_filter_info_server": {"type": 3, "base": 0.0, "multiplier": 1.0},
+    }
+    file.write_text(yaml.safe_dump({k: {"ros__parameters": v} for k, v in both.items()}))
+    assert read_filter_info(file, types=("keepout",)).base == 0.0
+    assert read_filter_info(file, types=("speed_percent", "speed_absolute")).base == 100.0
+    assert read_filter_info(file, types=("speed_absolute",)) is None
+    with pytest.raises(MapError, match="describes 2 such masks"):
+        read_filter_info(file)
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("amcl: {ros__parameters: {alpha1: 0.2}}", "costmap_filter_info_server"),
+        ("{type: 1, base: 100, multiplyer: -1}", "did you mean 'multiplier'"),
+        ("{type: speed, base: 100, multiplier: -1}", "type: "),
+        ("{type: 1, base: .nan, multiplier: -1}", "base: "),
+        ("", "costmap_filter_info_server"),
+    ],
+)
+def test_a_description_that_is_none_names_the_file(tmp_path, text, says):
+    (tmp_path / "params.yaml").write_text(text)
+    with pytest.raises(MapError, match=rf"params\.yaml: .*{says}"):
+        read_filter_info(tmp_path / "params.yaml")
+
+
+def test_nav2s_own_masks_slow_and_close_where_nav2_does(data):
+    folder = data / "ros_maps"
+    speed = read_mask(folder / "nav2_depot_speed.yaml", type="speed_percent")
+    values, limits = np.unique(speed.mask.data), {}
+    for value in values:
+        row, col = np.argwhere(speed.mask.data == value)[0]
+        point = speed.mask.centres(np.array([row, col]))
+        limits[int(value)] = speed_limit_at((speed,), point, 1.0)
+    # shades 254, 205, 191, 127 and 0; (255 − 191) / 255 = 25 % of grey leave 75 % of the speed
+    assert limits == pytest.approx({0: 1.0, 20: 0.8, 25: 0.75, 50: 0.5, 100: 1.0})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MapWarning)  # shade 205
+        keepout = read_mask(folder / "nav2_depot_keepout.yaml", type="keepout")
+    assert closed_cells((keepout,), keepout.mask).sum() == 31_213  # pixels of shade 0
+
+
 def test_an_error_names_the_file(tmp_path):
     file = write(tmp_path, [[255]])
     with pytest.raises(MapError, match=r"mask\.yaml: .*'keep_out'.*keepout"):
@@ -67,6 +164,12 @@ def test_a_heat_map_is_people_per_square_metre(tmp_path):
     assert crowding.density == pytest.approx(np.array([[0.3, 0.0], [0.0, 0.5]]))
     assert crowding.resolution == 0.5
     assert crowding.X_MG.tolist() == [1.0, 2.0, 0.0]
+
+
+def test_a_heat_map_may_have_keys_that_nav2_ignores(tmp_path):
+    file = write(tmp_path, [[255]], map_type="occupancy", mode="SCALE")
+    with pytest.warns(MapWarning, match="map_type"):
+        assert read_crowding(file).density.tolist() == [[0.0]]
 
 
 def test_where_a_heat_map_is_unknown_nobody_is(tmp_path):

@@ -70,6 +70,46 @@ def test_a_yaml_that_says_what_cannot_be(folder, wrong, says):
     assert says in refusal(folder / "m.yaml")
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"map_type": "occupancy"},
+        {"width": 100, "height": 200},
+        {"layers": [{"name": "lifts"}]},
+        {"image_width": 30, "origin_frame": "map"},
+        {"comment": None, 3: "three"},
+        {"mode": "trinary", "mode_name": "x"},
+    ],
+)
+def test_a_key_of_others_is_left_out_and_named(folder, given):
+    (folder / "m.yaml").write_text(yaml.safe_dump({**GOOD, **given}))
+    with pytest.warns(MapWarning) as caught:
+        assert read_map(folder / "m.yaml").shape == (20, 30)
+    (told,) = [str(each.message) for each in caught]
+    assert str(folder / "m.yaml") in told
+    assert all(str(key) in told for key in given if key != "mode")
+
+
+@pytest.mark.parametrize(
+    ("key", "meant"),
+    [
+        ("resolutoin", "resolution"),
+        ("occupied_tresh", "occupied_thresh"),
+        ("Resolution", "resolution"),
+        ("imgae", "image"),
+        ("orgin", "origin"),
+        ("mdoe", "mode"),
+        ("negat", "negate"),
+        ("free_threshold", "free_thresh"),
+    ],
+)
+@pytest.mark.parametrize("replaces", [True, False])
+def test_a_misspelling_is_refused_with_the_key_that_is_meant(folder, key, meant, replaces):
+    given = {k: v for k, v in GOOD.items() if k != meant} if replaces else GOOD
+    (folder / "m.yaml").write_text(yaml.safe_dump({**given, key: GOOD.get(meant, 1)}))
+    assert f"{key}: unknown; did you mean '{meant}'?" in refusal(folder / "m.yaml")
+
+
 @pytest.mark.parametrize("key", ["image", "resolution", "origin", "occupied_thresh", "free_thresh"])
 def test_a_key_that_nav2_requires_too_is_missing(folder, key):
     (folder / "m.yaml").write_text(yaml.safe_dump({k: v for k, v in GOOD.items() if k != key}))
@@ -114,6 +154,73 @@ def image_refusal(folder, content: bytes, **options) -> str:
         read_map(folder / "m.yaml", **options)
     assert str(folder / "m.pgm") in str(caught.value)
     return str(caught.value)
+
+
+PIXELS = bytes(range(14, 44))
+"""Rows of 6 pixels, all different and none of them white space."""
+
+
+def pixels_of(folder, content: bytes):
+    (folder / "m.pgm").write_bytes(content)
+    (folder / "m.yaml").write_text(yaml.safe_dump({**GOOD, "mode": "raw"}))
+    return read_map(folder / "m.yaml").data[::-1].reshape(-1).tolist()
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        b"P5\n6 5\n255\n",
+        b"P5\r\n6 5\r\n255\r\n",
+        b"P5\r\n# by hand\r\n6 5\r\n255\r\n",
+        b"P5 6 5 255 ",
+        b"P5\n# one\n# two\n6 # columns\n5\n#three\n255\n",
+        b"P5\r6 5\r255\r",
+        b"P5\n\n6\t 5 \n\n255\n",
+    ],
+)
+def test_the_pixels_begin_behind_any_header(folder, header):
+    assert pixels_of(folder, header + PIXELS) == list(PIXELS)
+    white = b"\n\r \t" + PIXELS[4:]  # pixels that look like white space
+    assert pixels_of(folder, header + white) == list(white)
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_pixels_in_words_need_no_place(folder, end):
+    words = b" ".join(str(each).encode() for each in PIXELS) + end
+    header = end.join([b"P2", b"# by hand", b"6 5", b"255", b"# pixels", b""])
+    assert pixels_of(folder, header + words) == list(PIXELS)
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n"])
+def test_sixteen_bits_a_pixel(folder, end):
+    deep = b"".join(struct.pack(">H", 257 * each) for each in PIXELS)
+    header = end.join([b"P5", b"6 5", b"65535", b""])
+    assert pixels_of(folder, header + deep) == list(PIXELS)
+
+
+@pytest.mark.parametrize(
+    ("header", "more"),
+    [
+        (b"P5\n6 5\n255\r\n", b""),
+        (b"P5\n6 5\n255 \n", b""),
+        (b"P5\n6 5\n255\n\n", b""),
+        (b"P5\n6 5\n255 # white\n", b""),
+        (b"P5\r\n6 5\r\n255\r\n", b"\n"),
+        (b"P6\n2 5\n255\n\n", b""),
+        (b"P4\n48 5\n\n", b""),
+    ],
+)
+def test_pixels_with_an_uncertain_begin_are_refused(folder, header, more):
+    assert "behind the header" in image_refusal(folder, header + PIXELS + more)
+
+
+def test_a_crlf_header_with_a_pixel_missing_is_refused(folder):
+    assert "damaged" in image_refusal(folder, b"P5\r\n6 5\r\n255\r\n" + PIXELS[1:])
+
+
+def test_bytes_behind_the_last_pixel_are_told(folder):
+    with pytest.warns(MapWarning, match="3 bytes behind the last pixel"):
+        assert pixels_of(folder, b"P5\n6 5\n255\n" + PIXELS + b"end") == list(PIXELS)
 
 
 def test_not_an_image(folder):

@@ -263,3 +263,10 @@ def test_crowdnavs_people_are_reproduced_at_their_steps():
     assert len(crowds[0].radius) == 5
     for k in range(41):
         np.testing.assert_allclose(crowds[5 * k].position, states[k, :, :2], atol=1e-9)
+
+
+def test_unit_and_step_of_a_film_are_parameters(tmp_path):
+    rows = [f"1 {n} {1.2 * n / 25.0:.4f} 2.0 1.7" for n in range(100)]
+    (tmp_path / "walk.txt").write_text("\n".join(rows))
+    given = Replay.Parameters(file=str(tmp_path / "walk.txt"), unit="m", step=0.04)
+    assert Replay(given)._film().velocity[:, 0] == pytest.approx(1.2, abs=1e-3)

@@ -166,3 +166,70 @@ def test_the_published_walks(data, name, people, groups, step):
     assert set().union(*walks.groups) <= set(walks.id.tolist())
     speed = np.hypot(*walks.velocity.T)
     assert 0.3 < np.median(speed) < 1.5
+
+
+HEADER = "# description: corridor\n# framerate: 25.00\n#geometry: geometry.xml\n\n"
+
+
+def walkers(file, *, header="", scale=1.0, columns="{id} {frame} {x:.6f} {y:.6f} 1.76", people=3):
+    """People who walk 1.2 m/s along x at 25 frames per second, for 4 s."""
+    rows = [
+        columns.format(id=k, frame=50 + n, x=scale * 1.2 * n / 25.0, y=scale * k)
+        for k in range(1, people + 1)
+        for n in range(100)
+    ]
+    file.write_text(header + "\n".join(rows) + "\n")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("header", "scale"),
+    [
+        (HEADER + "# PersID\tFrame\tX\tY\tZ\n", 1.0),
+        (HEADER + "# id frame x/m y/m z/m\n", 1.0),
+        (HEADER + "# id frame x/cm y/cm z/cm\n", 100.0),
+        ("#framerate: 25 fps\n# positions in cm\n", 100.0),
+        ("# Frame rate = 25\n# unit: mm\n", 1000.0),
+    ],
+)
+@pytest.mark.parametrize(
+    "columns", ["{id} {frame} {x:.6f} {y:.6f}", "{id}\t{frame}\t{x:.6f}\t{y:.6f}\t1.76"]
+)
+def test_a_header_names_frame_rate_and_unit(tmp_path, header, scale, columns):
+    file = walkers(tmp_path / "walk.txt", header=header, scale=scale, columns=columns)
+    found = read_trajectories(file)
+    assert found.step == pytest.approx(0.04)
+    assert np.hypot(*found.velocity.T) == pytest.approx(1.2, abs=1e-3)
+    assert found.id.tolist() == [1, 2, 3]
+
+
+def test_a_header_without_frame_rate_needs_the_step(tmp_path):
+    file = walkers(tmp_path / "walk.txt", header="# id frame x/m y/m z/m\n")
+    with pytest.raises(RecordingError, match=r"walk\.txt: .*no frame rate: give the step"):
+        read_trajectories(file)
+    assert np.median(read_trajectories(file, step=0.04).velocity[:, 0]) == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize("header", ["", HEADER])
+@pytest.mark.parametrize(("unit", "likely"), [("cm", "m"), ("mm", "m"), ("m", "cm"), ("m", "mm")])
+def test_a_scale_at_which_nobody_walks_is_refused_with_the_likely_unit(
+    tmp_path, header, unit, likely
+):
+    scale = {"m": 1.0, "cm": 100.0, "mm": 1000.0}[likely]
+    file = walkers(tmp_path / "walk.txt", header=header, scale=scale)
+    with pytest.raises(RecordingError, match=rf"in {unit} .* the unit is probably {likely}:"):
+        read_trajectories(file, unit=unit, step=0.04)
+    assert read_trajectories(file, unit=likely, step=0.04).step == 0.04
+
+
+def test_people_who_stand_are_no_wrong_scale(tmp_path):
+    rows = [f"{k} {n} {k}.0 2.0 1.7" for k in (1, 2) for n in range(9)]
+    (tmp_path / "queue.txt").write_text(HEADER + "\n".join(rows))
+    assert not read_trajectories(tmp_path / "queue.txt").velocity.any()
+
+
+def test_trajectories_of_the_juelich_archive(data):
+    found = read_trajectories(data / "pedestrians" / "juelich_UNI_CORR_500_01.txt")
+    assert (len(found.id), found.step) == (148, 0.04)
+    assert np.median(np.hypot(*found.velocity.T)) == pytest.approx(1.45, abs=0.01)
+    assert np.ptp(found.position, axis=0) == pytest.approx([10.15, 4.49], abs=0.01)

@@ -9,7 +9,7 @@ from cohelm.geometry import compose
 from cohelm.messages import RiderCommand
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.ros2.cdr import PEOPLE, types_of
-from cohelm.ros2.findings import missing_inputs
+from cohelm.ros2.findings import check_inputs, missing_inputs
 from cohelm.ros2.inputs import MAX_READINGS, NEVER, Inputs
 from cohelm.ros2.parameters import FrameNames, Ros2Parameters, StickParameters
 from tests.recordings.bags import ROS2
@@ -243,3 +243,41 @@ def test_every_declared_input_is_needed(inputs):
     missing = missing_inputs(declared, inputs)
     for topic in ("/scan", "/points", "/odom", "/joy", "/people"):
         assert f"no message on {topic}" in missing
+
+
+@pytest.mark.parametrize(
+    ("named", "declared", "problem"),
+    [
+        (("odom", "base_link"), {}, ""),
+        (("odom", ""), {}, ""),
+        (("", "base_link"), {}, ""),
+        (("", ""), {}, ""),
+        (("/odom", "/base_link"), {}, ""),
+        (("odom", "base_link"), {"odom": "/odom", "base": "/base_link"}, ""),
+        (("", ""), {"odom": "/odom", "base": "/base_link"}, ""),
+        (("odom", "base_footprint"), {}, "from 'base_footprint' to 'base_link'"),
+        (("chair/odom", "base_link"), {}, "from 'odom' to 'chair/odom'"),
+        (("chair/odom", "chair/base_link"), {}, "from 'odom' to 'chair/odom'"),
+        (("odom", "/chair/base_link"), {}, "from 'chair/base_link' to 'base_link'"),
+    ],
+)
+def test_check_and_drive_agree_on_the_odometry_s_frames(clock, named, declared, problem):
+    parameters = Ros2Parameters(frames=FrameNames(**declared))
+    inputs = Inputs(parameters, clock)
+    feed(inputs)
+    inputs.take_odometry(odometry(5.0, frames=named))
+    found = {each.what: each for each in check_inputs(parameters, inputs, {})}["odometry frame"]
+    refusals = missing_inputs(parameters, inputs)
+    assert found.fine == (refusals == []) == (problem == "")
+    assert problem in found.text
+    assert problem in " ".join(refusals)
+    seen = inputs.observation()
+    assert (seen.pose_time == seen.twist_time == 5.0) == (problem == "")
+
+
+def test_the_odometry_may_stand_in_another_frame_that_is_connected(inputs):
+    feed(inputs, map_to_odom=(0.0,) * 6)
+    wheels = transforms(5.0, ("odom", "wheels", (3.0, 0.0, 0.0, 0.0, 0.0, 0.0)))
+    inputs.take_transforms(wheels, static=True)
+    inputs.take_odometry(odometry(5.0, frames=("wheels", "base_link")))
+    np.testing.assert_allclose(inputs.observation().pose, [4.0, 2.0, 0.5])

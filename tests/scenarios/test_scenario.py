@@ -231,6 +231,7 @@ def test_a_heat_map_moves_the_first_route(write, tmp_path):
         ({"doors": [{"at": [1, 1], "size": [1, 1], "closed": [[5, 4]]}]}, "doors.0"),
         ({"doors": [{"at": [1, 1], "size": [1, 1], "closed": []}]}, "doors.0.closed"),
         ({"filters": [{"type": "keep_out", "file": "a.yaml"}]}, "filters.0.type"),
+        ({"filters": [{"file": "a.yaml"}]}, "filters.0"),
         ({"prefer": [[]]}, "prefer.0"),
     ],
 )
@@ -238,6 +239,29 @@ def test_wrong_wishes_doors_and_masks_name_their_key(write, keys, key):
     with pytest.raises(ScenarioError) as caught:
         load_scenario(write(**keys))
     assert caught.value.key == key
+
+
+def test_a_mask_takes_its_numbers_from_nav2s_samples_or_its_description(write, tmp_path):
+    header = {"image": "slow.pgm", "mode": "raw", "resolution": 0.1, "origin": [0, 0, 0]}
+    header |= {"negate": 0, "occupied_thresh": 0.65, "free_thresh": 0.25}
+    (tmp_path / "slow.pgm").write_bytes(b"P5 140 140 255\n" + bytes([30]) * 140 * 140)
+    (tmp_path / "slow.yaml").write_text(yaml.safe_dump(header))
+    (tmp_path / "nav2.yaml").write_text("{type: 2, base: 0.1, multiplier: 0.01}")
+    filters = [
+        {"type": "speed_percent", "file": "slow.yaml"},
+        {"file": "slow.yaml", "info": "nav2.yaml"},
+        {"file": "slow.yaml", "info": "nav2.yaml", "base": 0.2},
+    ]
+    built = build_scenario(load_scenario(write(filters=filters)), 0).navigator.filters
+    found = [(each.type, each.base, each.multiplier) for each in built]
+    assert found == [
+        ("speed_percent", 100.0, -1.0),
+        ("speed_absolute", 0.1, 0.01),
+        ("speed_absolute", 0.2, 0.01),
+    ]
+    wrong = [{"type": "keepout", "file": "slow.yaml", "info": "nav2.yaml"}]
+    with pytest.raises(MapError, match=r"nav2\.yaml: describes no mask of type keepout"):
+        build_scenario(load_scenario(write(filters=wrong)), 0)
 
 
 def test_a_mask_that_is_not_there_is_named(write):

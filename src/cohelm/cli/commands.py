@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from cohelm.cli.request_options import takes
 from cohelm.cli.requests import (
     DriveRequest,
     Json,
@@ -16,7 +17,6 @@ from cohelm.cli.requests import (
     ReplayRequest,
     RouteRequest,
     RunRequest,
-    takes,
 )
 from cohelm.cli.ros2_request import Ros2Request
 

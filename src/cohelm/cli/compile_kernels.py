@@ -29,7 +29,7 @@ def compile_all() -> int:
     """
     place = kernel_cache.place()
     if not place.lasts:
-        raise ConfigError(f"{place.note}, which is deleted at the end; set {kernel_cache.FOLDER}")
+        raise ConfigError(f"{place.note}: nothing would remain; set {kernel_cache.FOLDER}")
     if place.note:
         ERRORS.print(place.note, markup=False, soft_wrap=True)
     if kernel_cache.is_complete():
@@ -41,6 +41,8 @@ def compile_all() -> int:
     with _Progress(place.folder) as progress:
         for part in compilation.compile_kernels():
             progress.enter(part)
+    if kernel_cache.unsaved():
+        raise ConfigError(f"{kernel_cache.unsaved()}; set {kernel_cache.FOLDER}")
     kernel_cache.mark_complete(state)
     number = progress.number()
     done = f"compiled {number} kernels" if number else "nothing to compile"

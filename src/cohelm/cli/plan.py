@@ -19,7 +19,15 @@ from cohelm.cli.requests import RouteRequest
 from cohelm.cli.route_report import alternative_table, describe, facts_table, summary
 from cohelm.config import override
 from cohelm.errors import ConfigError
-from cohelm.maps import CostmapFilter, Places, places_beside, read_map
+from cohelm.maps import (
+    CostmapFilter,
+    FilterInfo,
+    FilterType,
+    Places,
+    places_beside,
+    read_filter_info,
+    read_map,
+)
 from cohelm.maps.masks import read_crowding, read_mask
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.planning.alternatives.alternatives import (
@@ -100,19 +108,47 @@ def problem_of(request: RouteRequest) -> tuple[RouteProblem, Places]:
     wishes = parsing.wishes_of(request)
     robot = load_robot(request.robot)
     grid, places = read_map(request.map), places_beside(request.map)
-    masks: list[CostmapFilter] = [read_mask(file, type="keepout") for file in request.keepout]
-    masks += [read_mask(file, type="speed_percent") for file in request.speed_mask]
     problem = RouteProblem(
         grid=grid,
         robot=robot,
         start=_point(request.start, "--start", places),
         goal=_point(request.goal, "--goal", places),
         wishes=wishes,
-        filters=tuple(masks),
+        filters=_masks(request),
         crowding=None if request.crowding is None else read_crowding(request.crowding),
         clearance=request.clearance,
     )
     return problem, places
+
+
+def _masks(request: RouteRequest) -> tuple[CostmapFilter, ...]:
+    """Read the masks, each with Nav2's description of its kind if one is given."""
+    closed = _info(request, "keepout") if request.keepout else None
+    slow = _info(request, "speed_percent", "speed_absolute") if request.speed_mask else None
+    if request.filter_info and closed is None and slow is None:
+        problem = "describes no mask that --keepout or --speed-mask names"
+        raise ConfigError(problem, file=request.filter_info[0], key="--filter-info")
+    keepout = [read_mask(file, type="keepout", info=closed) for file in request.keepout]
+    speed = [
+        read_mask(
+            file,
+            type=None if slow else "speed_percent",
+            base=request.speed_base,
+            multiplier=request.speed_multiplier,
+            info=slow,
+        )
+        for file in request.speed_mask
+    ]
+    return (*keepout, *speed)
+
+
+def _info(request: RouteRequest, *types: FilterType) -> FilterInfo | None:
+    """The description of a mask of these types among the files of ``--filter-info``."""
+    infos = [read_filter_info(file, types=types) for file in request.filter_info]
+    found = [info for info in infos if info is not None]
+    if len(found) > 1:
+        raise ConfigError("several describe the same kind of mask", key="--filter-info")
+    return found[0] if found else None
 
 
 def _draw(

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated
 
 import typer
-
-_Request = TypeVar("_Request")
 
 MapFile = Annotated[str, typer.Argument(metavar="MAP.yaml", help="Map as Nav2 map_server YAML.")]
 Scenario = Annotated[str, typer.Argument(help="Name of a scenario, or a .yaml file.")]
@@ -180,7 +176,23 @@ class RouteRequest:
     ] = ()
     speed_mask: Annotated[
         tuple[Path, ...],
-        typer.Option(metavar="MASK.yaml", help="Nav2 speed mask: speed limits in percent."),
+        typer.Option(metavar="MASK.yaml", help="Nav2 speed mask: the darker, the slower."),
+    ] = ()
+    speed_base: Annotated[
+        float | None,
+        typer.Option(metavar="NUMBER", help="Limit at mask value 0; default 100 (%)."),
+    ] = None
+    speed_multiplier: Annotated[
+        float | None,
+        typer.Option(metavar="NUMBER", help="Change of the limit per unit; default -1 (%)."),
+    ] = None
+    filter_info: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            metavar="FILE.yaml",
+            help="Type, base and multiplier of the masks: parameters of Nav2's "
+            "costmap_filter_info_server; repeatable.",
+        ),
     ] = ()
     crowding: Annotated[
         Path | None, typer.Option(metavar="FILE.yaml", help="Heat map of people.")
@@ -306,45 +318,3 @@ class PeopleRequest:
             help="The sensor does not move, if the recording has no pose; default: estimate it.",
         ),
     ] = False
-
-
-def takes(kind: type[_Request]) -> Callable[[Callable[[_Request], int]], Callable[..., int]]:
-    """Decorate a command that takes a request: typer sees one option for each of its fields."""
-    hints = get_type_hints(kind, include_extras=True)
-    parameters = []
-    for each in fields(kind):  # type: ignore[arg-type]  # every request is a dataclass
-        default = inspect.Parameter.empty if each.default is MISSING else each.default
-        hint, many = _as_list(hints[each.name])
-        parameters.append(
-            inspect.Parameter(
-                each.name,
-                inspect.Parameter.KEYWORD_ONLY,
-                default=None if many else default,
-                annotation=hint,
-            )
-        )
-
-    def decorate(run: Callable[[_Request], int]) -> Callable[..., int]:
-        def command(**given: Any) -> int:
-            values = {
-                name: tuple(value or ()) if _as_list(hints[name])[1] else value
-                for name, value in given.items()
-            }
-            return run(kind(**values))
-
-        signature = inspect.Signature(parameters, return_annotation=int)
-        vars(command)["__signature__"] = signature
-        command.__annotations__ = {p.name: p.annotation for p in parameters}
-        command.__doc__, command.__name__ = run.__doc__, run.__name__
-        return command
-
-    return decorate
-
-
-def _as_list(hint: Any) -> tuple[Any, bool]:
-    """The annotation that typer knows for a repeatable option, and True where it is one."""
-    kind, *declared = get_args(hint)
-    if get_origin(kind) is not tuple:
-        return hint, False
-    element: Any = get_args(kind)[0]
-    return Annotated[list[element] | None, declared[0]], True

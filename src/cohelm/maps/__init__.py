@@ -1,17 +1,18 @@
 """Maps: occupancy grids, their files, distance fields, named places, floor plans."""
 
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
+from cohelm.maps.filter_info import FILTER_TYPES, FilterInfo, FilterType, read_filter_info
 from cohelm.maps.floorplan import DoorOpening, FloorPlan, Furniture, Space, read_floor_plan
 from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.maps.masks import (
     CostmapFilter,
-    FilterType,
     closed_cells,
     read_crowding,
     read_mask,
     speed_limit_at,
 )
-from cohelm.maps.nav2 import MapFile, MapWarning, read_map, write_map
+from cohelm.maps.nav2 import MapFile, read_map, write_map
+from cohelm.maps.nav2_yaml import MapWarning
 from cohelm.maps.places import (
     NamedPlace,
     Places,
@@ -22,6 +23,7 @@ from cohelm.maps.places import (
 )
 
 __all__ = [
+    "FILTER_TYPES",
     "FREE",
     "MAX_COORDINATE",
     "OCCUPIED",
@@ -29,6 +31,7 @@ __all__ = [
     "CostmapFilter",
     "DistanceField",
     "DoorOpening",
+    "FilterInfo",
     "FilterType",
     "FloorPlan",
     "Furniture",
@@ -43,6 +46,7 @@ __all__ = [
     "innermost_point",
     "places_beside",
     "read_crowding",
+    "read_filter_info",
     "read_floor_plan",
     "read_map",
     "read_mask",

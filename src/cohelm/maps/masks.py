@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal, get_args
 
 import numpy as np
 from numba import njit
 
-from cohelm import config
 from cohelm.arrays import Booleans, Bytes, Floats, SignedBytes, value
 from cohelm.errors import MapError
 from cohelm.geometry import compose, inverse
 from cohelm.kernels import CACHED
+from cohelm.maps.filter_info import FILTER_TYPES, FilterInfo, FilterType
 from cohelm.maps.grid import OCCUPIED, OccupancyGrid
-from cohelm.maps.nav2 import MapFile, read_map
+from cohelm.maps.nav2 import read_map
+from cohelm.maps.nav2_yaml import MapWarning, read_nav2_yaml
 from cohelm.messages import Crowding
 
-FilterType = Literal["keepout", "speed_percent", "speed_absolute"]
-
+NAV2_NUMBERS: dict[FilterType, tuple[float, float | None]] = {
+    "keepout": (0.0, 1.0),
+    "speed_percent": (100.0, -1.0),
+    "speed_absolute": (0.0, None),
+}
+"""Base and multiplier of each type in Nav2's sample configurations; None: there is no sample."""
 CLOSED = 100.0
 """Value from which a keepout mask closes a cell."""
 
@@ -45,28 +50,40 @@ class CostmapFilter:
 def read_mask(
     file: Path | str,
     *,
-    type: FilterType,  # noqa: A002  # Nav2's name
-    base: float = 0.0,
-    multiplier: float = 1.0,
+    type: FilterType | None = None,  # noqa: A002  # Nav2's name
+    base: float | None = None,
+    multiplier: float | None = None,
+    info: FilterInfo | None = None,
 ) -> CostmapFilter:
     """Read a mask from a map YAML and its image, like Nav2's map_server.
 
     ``mode: scale`` or ``raw`` keeps values between free and closed; in trinary they are unknown.
+    A speed mask with values that are no limit gives a :class:`MapWarning`.
 
     Args:
         file: the map YAML of the mask.
-        type: meaning of its numbers.
-        base, multiplier: from the mask's 0…100 to numbers.
+        type: meaning of its numbers; None: that of ``info``.
+        base, multiplier: from the mask's 0…100 to numbers; None: those of ``info``, else of
+            ``NAV2_NUMBERS``.
+        info: Nav2's description of the mask.
 
     Raises:
-        MapError: if the file, type, base or multiplier is invalid; names the file.
+        MapError: if the file, type, base or multiplier is invalid or missing; names the file.
     """
-    if type not in get_args(FilterType):
-        kinds = ", ".join(get_args(FilterType))
+    type = (info.filter_type if info else None) if type is None else type  # noqa: A001
+    if type not in FILTER_TYPES:
+        kinds = ", ".join(FILTER_TYPES)
         raise MapError(f"a mask cannot be of type {type!r}: use one of {kinds}", file=file)
+    described = (info.base, info.multiplier) if info else NAV2_NUMBERS[type]
+    base = described[0] if base is None else base
+    multiplier = described[1] if multiplier is None else multiplier
+    if multiplier is None:
+        raise MapError(f"a mask of type {type} needs a multiplier, m/s per unit", file=file)
     if not (math.isfinite(base) and math.isfinite(multiplier)):
         raise MapError("base and multiplier of a mask must be finite", file=file)
-    return CostmapFilter(type=type, mask=read_map(file), base=base, multiplier=multiplier)
+    mask = CostmapFilter(type=type, mask=read_map(file), base=base, multiplier=multiplier)
+    _warn_of_no_limits(mask, file)
+    return mask
 
 
 def closed_cells(filters: tuple[CostmapFilter, ...], grid: OccupancyGrid) -> Booleans:
@@ -118,7 +135,7 @@ def read_crowding(file: Path | str, *, people_per_m2_at_full: float = 1.0) -> Cr
     if Path(file).suffix.lower() not in {".yaml", ".yml"}:
         raise MapError("give the YAML file of a heat map, which contains its pose", file=file)
     grid = read_map(file)
-    if config.load(MapFile, Path(file)).mode == "trinary":
+    if str(read_nav2_yaml(Path(file)).get("mode", "trinary")).lower() == "trinary":
         raise MapError("mode: a heat map needs scale or raw; trinary keeps no shades", file=file)
     share = np.maximum(grid.data, 0).astype(np.float32) / np.float32(OCCUPIED)
     return Crowding(
@@ -143,6 +160,25 @@ def project_mask(
     table[: OCCUPIED + 1] = meaning(f.base + f.multiplier * np.arange(OCCUPIED + 1.0))
     X_FG = compose(inverse(f.mask.X_MG), grid.X_MG)
     _project(f.mask.data, f.mask.resolution, X_FG, grid.resolution, table, out)
+
+
+def _warn_of_no_limits(f: CostmapFilter, file: Path | str) -> None:
+    """Warn of values of a speed mask that Nav2 discards, because they are no limit."""
+    if f.type == "keepout":
+        return
+    values = np.unique(f.mask.data[f.mask.data >= 0])
+    numbers = f.base + f.multiplier * values
+    upper = 100.0 if f.type == "speed_percent" else math.inf
+    without = values[(numbers < 0.0) | (numbers > upper)]
+    if len(without):
+        unit = "%" if f.type == "speed_percent" else "m/s"
+        warnings.warn(
+            f"{file}: value {without[0]} gives {f.base + f.multiplier * without[0]:g} {unit} "
+            f"(base {f.base:g}, multiplier {f.multiplier:g}), which is no limit; so do "
+            f"{len(without) - 1} other values",
+            MapWarning,
+            stacklevel=3,
+        )
 
 
 def _number_at(f: CostmapFilter, x: float, y: float) -> float:

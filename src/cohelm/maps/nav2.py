@@ -25,9 +25,11 @@ from pydantic import Field, field_validator, model_validator
 
 from cohelm import config
 from cohelm.arrays import Booleans, Bytes, SignedBytes
-from cohelm.errors import ConfigError, MapError
+from cohelm.errors import MapError
 from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps.nav2_yaml import MapWarning, known_part, read_nav2_yaml
 from cohelm.maps.png_check import missing_rows
+from cohelm.maps.pnm_check import surplus_bytes
 
 PIXEL_LIMIT = 100_000_000
 """Largest image that is decoded, in pixels."""
@@ -39,10 +41,6 @@ _FREE_PIXEL, _UNKNOWN_PIXEL, _OCCUPIED_PIXEL = 254, 205, 0
 _IMAGE_SUFFIXES = (".pgm", ".png")
 _DECODERS = ("PPM", "PNG", "BMP", "JPEG")
 _BARE_RESOLUTION = 0.05
-
-
-class MapWarning(UserWarning):
-    """A map was read with an assumption or a substitute file."""
 
 
 class MapFile(config.Model):
@@ -108,7 +106,7 @@ def read_map(file: Path | str, *, pixel_limit: int = PIXEL_LIMIT) -> OccupancyGr
     """
     file = Path(file)
     if file.suffix.lower() in {".yaml", ".yml"}:
-        about = _read_yaml(file)
+        about = known_part(MapFile, read_nav2_yaml(file), file)
         image_file = _find_image(file, about.image)
     else:
         about, image_file = _bare(file), file
@@ -202,14 +200,6 @@ def _raw_pixels(data: SignedBytes) -> Bytes:
     return np.where((data < FREE) | (data > OCCUPIED), 255, data).astype(np.uint8)
 
 
-def _read_yaml(file: Path) -> MapFile:
-    try:
-        return config.load(MapFile, file)
-    except ConfigError as cause:
-        where = f"{cause.key}: " if cause.key else ""
-        raise MapError(where + cause.problem, file=file) from None
-
-
 def _find_image(yaml_file: Path, named: str) -> Path:
     image_file = yaml_file.parent / named
     try:
@@ -286,6 +276,12 @@ def _read_image(file: Path, pixel_limit: int) -> tuple[Bytes, Booleans]:
             if image.format == "PNG" and (missing := missing_rows(file)):
                 raise MapError(
                     f"the image is damaged: {missing} of {height} rows are missing", file=file
+                )
+            if image.format == "PPM" and (surplus := surplus_bytes(file, image)):
+                warnings.warn(
+                    f"{file}: {surplus} bytes behind the last pixel were left out",
+                    MapWarning,
+                    stacklevel=3,
                 )
             return _lightness_and_opacity(image)
     except Image.DecompressionBombError:

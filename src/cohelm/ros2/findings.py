@@ -60,6 +60,8 @@ def missing_inputs(parameters: Ros2Parameters, inputs: Inputs) -> list[str]:
             out.append(f"{topic}: {found.problem}")
     if not math.isfinite(inputs.odometry_time) and parameters.odometry in inputs.topics:
         out.append(f"no usable message on {parameters.odometry}")
+    if inputs.odometry_problem:
+        out.append(f"{parameters.odometry}: {inputs.odometry_problem}")
     frames = parameters.frames
     if inputs.localised() is None:
         out.append(f"no transform from '{frames.map}' to '{frames.odom}'")
@@ -172,29 +174,29 @@ def _silent(topic: str, offered: dict[str, str]) -> CheckFinding:
 
 def _mount_remedy(found: TopicStatistics, inputs: Inputs) -> str:
     if "no transform" in found.problem:
-        known = ", ".join(inputs.frames.frames) or "none"
-        return (
-            "publish it (robot_state_publisher, static_transform_publisher), or correct "
-            f"'frames.base'; frames are: {known}"
-        )
+        return _transform_remedy(inputs)
     if "tilted" in found.problem:
         return "correct the transform of the scanner; upside down is roll 180°"
     return "correct its driver"
+
+
+def _transform_remedy(inputs: Inputs) -> str:
+    known = ", ".join(inputs.frames.frames) or "none"
+    return (
+        "publish it (robot_state_publisher, static_transform_publisher), or correct 'frames'; "
+        f"frames are: {known}"
+    )
 
 
 def _base(parameters: Ros2Parameters, inputs: Inputs) -> CheckFinding:
     frames, moving = parameters.frames, inputs.topics.get(parameters.odometry)
     if moving is None:
         return CheckFinding(False, "odometry frame", "unknown without odometry", "see above")
-    child = name(moving.frame)
-    if inputs.frames.pose(child, frames.base) is None and child != frames.base:
-        return CheckFinding(
-            False,
-            "odometry frame",
-            f"no transform from '{child}' to '{frames.base}'",
-            "publish it, or correct 'frames.base'",
-        )
-    return CheckFinding(True, "odometry frame", f"'{child}'")
+    if inputs.odometry_problem:
+        remedy = _transform_remedy(inputs)
+        return CheckFinding(False, "odometry frame", inputs.odometry_problem, remedy)
+    taken = "" if moving.frame else "no child_frame_id, taken as "
+    return CheckFinding(True, "odometry frame", f"{taken}'{name(moving.frame or frames.base)}'")
 
 
 def _localiser(parameters: Ros2Parameters, inputs: Inputs) -> CheckFinding:

@@ -105,8 +105,9 @@ class Inputs:
                 self._count(topic, now, math.nan if static else now - time, frames[1])
 
     def take_odometry(self, message: Any) -> None:
-        """Take an Odometry."""
+        """Take an Odometry; empty names of frames stand for ``frames.odom`` and ``frames.base``."""
         now, topic = self.clock.now(), self._parameters.odometry
+        frames = self._parameters.frames
         with self._lock:
             try:
                 found = moving(message)
@@ -116,7 +117,9 @@ class Inputs:
             time = self.clock.of(found.time)
             self._count(topic, now, now - time, found.child)
             if math.isfinite(time):
-                self._moving = found._replace(time=time)
+                self._moving = found._replace(
+                    time=time, frame=found.frame or frames.odom, child=found.child or frames.base
+                )
 
     def take_scan(self, topic: str, message: Any) -> None:
         """Take a LaserScan of a sensor whose mount the transforms tell."""
@@ -244,6 +247,17 @@ class Inputs:
         """Stamp of the newest odometry, s; −inf: none has come."""
         return self._moving.time if self._moving is not None else -math.inf
 
+    @property
+    def odometry_problem(self) -> str:
+        """Reason why the newest odometry's frames are of no use; empty: they are, or none came."""
+        found, frames = self._moving, self._parameters.frames
+        if found is None:
+            return ""
+        for a, b in ((frames.odom, found.frame), (found.child, frames.base)):
+            if self.frames.pose(a, b) is None:
+                return f"no transform from '{name(a)}' to '{name(b)}'"
+        return ""
+
     def localised(self) -> tuple[Floats, float] | None:
         """Return X_MO (4, 4) and its age, s; None: the localiser's transform never came."""
         frames = self._parameters.frames
@@ -257,27 +271,35 @@ class Inputs:
 
     def _pose(self) -> tuple[Floats, float]:
         """X_MR (3,) and its time, s."""
-        found, localised, X_CB = self._moving, self.localised(), self._base_in_odometry()
-        if found is None or localised is None or X_CB is None:
+        found, localised, links = self._moving, self.localised(), self._odometry_links()
+        if found is None or localised is None or links is None:
             return np.zeros(3), -math.inf
         X_MO, age = localised
         # Old localisation makes the pose old; a recent one has the age of the odometry.
         late = max(age - self._parameters.limits.localiser, 0.0)
         lost = -math.inf if late > 0.0 else found.time
-        return planar(X_MO @ found.X_OC @ X_CB), lost
+        X_OF, X_CB = links
+        return planar(X_MO @ X_OF @ found.X_OC @ X_CB), lost
 
     def _twist(self) -> tuple[Floats, float]:
-        found, X_CB = self._moving, self._base_in_odometry()
-        if found is None or X_CB is None:
+        found, links = self._moving, self._odometry_links()
+        if found is None or links is None:
             return np.zeros(3), -math.inf
-        return twist_at_base(found.twist, X_CB), found.time
+        return twist_at_base(found.twist, links[1]), found.time
 
-    def _base_in_odometry(self) -> Floats | None:
-        """X_CB (4, 4) of the base in the odometry's child frame; None: not connected."""
-        if self._moving is None:
+    def _odometry_links(self) -> tuple[Floats, Floats] | None:
+        """X_OF of the odometry's frame and X_CB of the base in its child frame, both (4, 4).
+
+        None: one is not connected, or no odometry has come.
+        """
+        found, frames = self._moving, self._parameters.frames
+        if found is None:
             return None
-        child = self._moving.child or self._parameters.frames.base
-        return self.frames.pose(child, self._parameters.frames.base)
+        X_OF, X_CB = (
+            self.frames.pose(frames.odom, found.frame),
+            self.frames.pose(found.child, frames.base),
+        )
+        return None if X_OF is None or X_CB is None else (X_OF, X_CB)
 
     def _mount(self, frame: str) -> tuple[Floats | None, str]:
         """Mount (6,) of a sensor's frame, or the reason why it is not known."""

@@ -13,11 +13,14 @@ from cohelm import plugins
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
 from cohelm.maps import (
+    FILTER_TYPES,
     CostmapFilter,
+    FilterInfo,
     OccupancyGrid,
     Places,
     places_beside,
     read_crowding,
+    read_filter_info,
     read_map,
     read_mask,
 )
@@ -28,6 +31,7 @@ from cohelm.robots import Robot
 from cohelm.scenarios.bodies import draw_kinds, statures_of, with_bodies
 from cohelm.scenarios.crowd import make_crowd
 from cohelm.scenarios.floor import doorways, floor_plan, relief_of
+from cohelm.scenarios.objects import Mask
 from cohelm.scenarios.rider_plan import goal_change, route_past
 from cohelm.scenarios.scenario import (
     NAVIGATOR_PARAMETERS,
@@ -158,9 +162,21 @@ def _filters(scenario: Scenario) -> tuple[CostmapFilter, ...]:
             type=mask.type,
             base=mask.base,
             multiplier=mask.multiplier,
+            info=_filter_info(scenario, mask),
         )
         for mask in scenario.filters
     )
+
+
+def _filter_info(scenario: Scenario, mask: Mask) -> FilterInfo | None:
+    if mask.info is None:
+        return None
+    file = scenario.beside(mask.info)
+    types = FILTER_TYPES if mask.type is None else (mask.type,)
+    info = read_filter_info(file, types=types)
+    if info is None:
+        raise MapError(f"describes no mask of type {' or '.join(types)}", file=file)
+    return info
 
 
 def _navigator(

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Self
 from pydantic import BeforeValidator, Field, model_serializer, model_validator
 
 from cohelm.config import Model
-from cohelm.maps import FilterType
+from cohelm.maps import FILTER_TYPES, FilterType
 from cohelm.scenarios.pedestrian_spec import Length, Point
 
 
@@ -141,11 +141,21 @@ class Zone(Model):
 class Mask(Model):
     """Mask over the map, after Nav2's costmap filters."""
 
-    type: FilterType
+    type: FilterType | None = None
+    """Meaning of its numbers; None: that of ``info``."""
     file: str
     """A map_server YAML file, relative to the scenario's folder."""
-    base: float = Field(0.0, ge=-1e6, le=1e6)
-    multiplier: float = Field(1.0, ge=-1e6, le=1e6)
+    info: str | None = None
+    """A parameter file of Nav2's costmap_filter_info_server, which has type, base, multiplier."""
+    base: float | None = Field(None, ge=-1e6, le=1e6)
+    """None: that of ``info``, else of Nav2's sample configurations; so for ``multiplier``."""
+    multiplier: float | None = Field(None, ge=-1e6, le=1e6)
+
+    @model_validator(mode="after")
+    def _has_type(self) -> Self:
+        if self.type is None and self.info is None:
+            raise ValueError(f"give its type ({', '.join(FILTER_TYPES)}) or its info")
+        return self
 
 
 def _as_points(given: Any) -> Any:

@@ -1,13 +1,15 @@
 """The tightest passage: its place, its width and the error text."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from tests.planning.floors import CHAIR, problem, room
 
 from cohelm.errors import NoPath, Passage
-from cohelm.maps import signed_distance
+from cohelm.maps import FREE, OCCUPIED, signed_distance
 from cohelm.planning import AStar
-from cohelm.planning.planners.passages import gap_at, tightest_passage
+from cohelm.planning.planners.passages import gap_at, no_path, tightest_passage
 from cohelm.planning.problem import prepare
 
 
@@ -98,3 +100,43 @@ def test_a_sentence_says_what_is_missing_and_how_well_that_is_known():
     turns = str(Passage(point=(1.0, 2.0), width=0.9, needed=1.44, resolution=0.05, turns=True))
     assert "cannot turn" in turns
     assert "missing" not in turns
+
+
+def test_a_long_way_with_many_bends_is_as_drivable_as_a_short_one():
+    """A serpentine of 19 walls, whose gaps of 3 m alternate between both sides of a hall."""
+    walls = [
+        (10.0 * k, 3.0 * (k % 2 == 0), 10.0 * k + 0.4, 24.0 - 3.0 * (k % 2 == 1))
+        for k in range(1, 20)
+    ]
+    hall = room(200.0, 24.0, boxes=walls)
+    path = AStar().plan(problem(hall, (3.0, 3.0), (197.0, 21.0), clearance=0.0))
+    assert 19 * 10.0 + 19 * 15.0 > path.length > 19 * 10.0 + 19 * 10.0
+
+
+def test_any_number_of_bends_that_are_too_tight_is_passed_by():
+    """Seven passages 0.75 m wide with two bends each, and a straight one 1.5 m wide behind them."""
+    grid = room(26.0, 27.5)
+    data = grid.data.copy()
+    data[:, 200:280] = OCCUPIED
+    for low in range(20, 20 + 7 * 50, 50):
+        data[low : low + 15, 200:247] = FREE
+        data[low : low + 37, 232:247] = FREE
+        data[low + 22 : low + 37, 232:280] = FREE
+    data[-60:-30, 200:280] = FREE
+    path = AStar().plan(problem(replace(grid, data=data), (5.0, 3.0), (21.0, 3.0)))
+    assert path.points[:, 1].max() > 24.5
+
+
+def test_a_passage_that_is_wide_enough_is_not_called_too_narrow():
+    wide = str(Passage(point=(1.0, 2.0), width=1.95, needed=1.44, resolution=0.05, turns=True))
+    assert "wide enough" in wide
+    assert "cannot turn" not in wide
+
+
+def test_the_passage_that_is_too_narrow_is_named_and_not_a_wide_one():
+    ground = prepare(problem(two_doors(1.0, 2.0), (2, 2), (8, 2)), AStar.Parameters())
+    wide, narrow = np.array([5.0, 8.0]), np.array([5.0, 2.0])
+    for stuck in ([narrow], [wide, narrow]):
+        passage = no_path(ground, AStar.Parameters(), stuck).passage
+        assert passage.width == pytest.approx(1.0)
+    assert "wide enough" in str(no_path(ground, AStar.Parameters(), [wide]))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from pathlib import Path as File
 
 from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.config import Model
+from cohelm.folders import data_folder
 from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.live.messages import Limits, RideOutcome
 from cohelm.messages import Mode, Path
@@ -16,9 +16,7 @@ from cohelm.planning.alternatives.learned_preference import RouteChoice
 
 def default_folder() -> File:
     """Return the default folder: ``$XDG_DATA_HOME/cohelm/sessions``."""
-    data = os.environ.get("XDG_DATA_HOME", "")
-    root = File(data) if File(data).is_absolute() else File.home() / ".local" / "share"
-    return root / "cohelm" / "sessions"
+    return data_folder("sessions")
 
 
 class SessionInfo(Model):

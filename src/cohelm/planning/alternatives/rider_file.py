@@ -17,6 +17,7 @@ from typing import Any, Literal, TypeVar
 
 from cohelm.config import Model, nearest, validate
 from cohelm.errors import ConfigError
+from cohelm.folders import data_folder
 from cohelm.planning.alternatives.learned_preference import (
     MIN_CHOICES,
     FeatureVector,
@@ -71,14 +72,15 @@ class ShownRoutes(Model):
 
 def riders_folder() -> Path:
     """Folder of the riders' files: ``$XDG_DATA_HOME/cohelm/riders``."""
-    data = os.environ.get("XDG_DATA_HOME", "")
-    root = Path(data) if Path(data).is_absolute() else Path.home() / ".local" / "share"
-    return root / "cohelm" / "riders"
+    return data_folder("riders")
 
 
 def rider_names() -> tuple[str, ...]:
-    """Names of the riders with a file."""
-    return tuple(sorted(file.stem for file in riders_folder().glob("*.json")))
+    """Names of the riders with a file; none without a home folder."""
+    try:
+        return tuple(sorted(file.stem for file in riders_folder().glob("*.json")))
+    except ConfigError:
+        return ()
 
 
 def rider_file(name_or_file: str) -> Path:

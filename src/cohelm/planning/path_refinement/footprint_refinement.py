@@ -31,7 +31,7 @@ _GROWN = 0.006
 drives arcs, and the chords of the path cut them by some millimetres."""
 
 _DROPPED = 8  # waypoints at most that are dropped for a line without loops
-_WIDENING = 3_000  # poses expanded to keep the requested clearance
+_WIDENING = 3_000  # poses expanded at each place to keep the requested clearance
 _BESIDE = 1.0  # m from a waypoint within which a problem is attributed to it
 _NO_PIVOTS = np.empty(0, dtype=np.int64)
 
@@ -40,9 +40,9 @@ class RefinementBudget(Model):
     """Budgets of the search for a path of the footprint; assumed."""
 
     budget: int = Field(12_000, ge=1, le=10_000_000)
-    """Poses expanded on all paths together, where smooth lines do not fit."""
+    """Poses expanded at each place on all paths together, where smooth lines do not fit."""
     detours: int = Field(4, ge=0, le=100)
-    """Number of other paths that are tried if the footprint does not pass."""
+    """Number of other paths that are tried for each place where the footprint does not pass."""
     last_budget: int = Field(8_000, ge=1, le=10_000_000)
     """Poses expanded over the whole map, if no such path was found."""
 

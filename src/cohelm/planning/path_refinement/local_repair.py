@@ -26,6 +26,7 @@ from cohelm.planning.path_refinement.hybrid_astar import HybridPath, SearchLimit
 from cohelm.planning.path_refinement.loops import has_loop
 from cohelm.planning.path_refinement.string_pulling import pull_string
 from cohelm.planning.path_refinement.waypoint_chaining import (
+    PLACE,
     PoseBudget,
     Stretch,
     chain_waypoints,
@@ -60,7 +61,7 @@ _WIDE_ATTEMPTS = (
 _MIN_POSES = 300  # below which a search is not worthwhile
 _LOOP = 1.25 * math.pi  # rad that a curve may turn more than the stretch that it replaces
 _CUSP = 2.5  # rad, above which a line reverses
-_REPAIRS = 12
+_REPAIRS = 12  # of one place
 _LONGER = 40  # points by which a stretch may be extended until both ends fit
 _NEARBY = 0.5  # m
 
@@ -98,11 +99,13 @@ def repair(
         forgiven: distance from its start within which the line may overlap obstacles that the robot
             stood beside, if nothing else leads away, m.
     """
-    fitted = line
-    for _ in range(_REPAIRS):
+    fitted, places = line, list[Floats]()
+    while True:
         wrong = infeasible_points(space, fitted.points, fitted.pivots)
         if not wrong.any():
             return fitted
+        if _is_worn(places, fitted.points[_first_run(wrong)[0]]):
+            break
         attempts = _attempts(space, wide, _ATTEMPTS)
         repaired = _repaired(space, fitted, wrong, waypoints, budget, attempts)
         if repaired is None:
@@ -138,21 +141,30 @@ def widen_clearance(
         wide: see :func:`repair`.
     """
     hopeless: list[Floats] = []
-    for _ in range(_REPAIRS):
+    places: list[Floats] = []
+    while True:
         points = fitted.points
         wrong = infeasible_points(space, points, fitted.pivots)
         for stretch in hopeless:
             wrong &= np.hypot(*(points[:, None] - stretch).T).min(axis=0) > _NEARBY
         if not wrong.any():
             break
+        first, last = _first_run(wrong)
         attempts = _attempts(space, wide, _WIDE_ATTEMPTS)
-        repaired = _repaired(space, fitted, wrong, waypoints, budget, attempts)
+        worn = _is_worn(places, points[first])
+        repaired = None if worn else _repaired(space, fitted, wrong, waypoints, budget, attempts)
         if repaired is None:
-            first, last = _first_run(wrong)
             hopeless.append(points[first : last + 1])
         else:
             fitted = repaired
     return fitted
+
+
+def _is_worn(places: list[Floats], point: Floats) -> bool:
+    """Check that a place was repaired as often as is allowed; otherwise note one more repair."""
+    repairs = sum(np.hypot(*(place - point)) < PLACE for place in places)
+    places.append(point)
+    return bool(repairs >= _REPAIRS)
 
 
 def _attempts(
@@ -173,6 +185,7 @@ def _repaired(
     """Replace the first wrong stretch, by one without loops if possible; None if nothing fits."""
     points = fitted.points
     first, last = _first_run(wrong)
+    budget.enter(points[first])
     with_loop = None
     for where, attempt in attempts:
         if budget.left < _MIN_POSES:
@@ -196,6 +209,8 @@ def _repaired(
         if not has_loop(found.points, found.pivots):
             return repaired
         with_loop = with_loop or repaired
+    if with_loop is None:
+        budget.spend(points[first])
     return with_loop
 
 

@@ -17,22 +17,35 @@ from cohelm.planning.path_refinement.configuration_space import ConfigurationSpa
 from cohelm.planning.path_refinement.footprint import directions, reversed_footprint, turn_between
 from cohelm.planning.path_refinement.hybrid_astar import HybridPath, SearchLimits, search_poses
 
+PLACE = 2.0
+"""Points closer than this belong to one place, m."""
+
 
 class PoseBudget:
-    """Poses that may still be expanded for one answer; reduced by each search.
+    """Poses that may still be expanded, for each place of a map; reduced by each search.
 
     Args:
-        poses: number of poses for all searches together.
+        poses: number of poses for all searches at one place.
     """
 
     def __init__(self, poses: int) -> None:
-        self.left = poses
+        self.poses = self.left = poses
         self.part = 1.0
         """Share of the remaining poses that one search may use."""
+        self._places: list[tuple[Floats, int]] = []
 
     def share(self) -> int:
         """Number of poses for the next search."""
         return max(int(self.part * self.left), 1)
+
+    def enter(self, point: Floats) -> None:
+        """Take what is left at the place of a point (2,), m."""
+        left = [n for place, n in self._places if np.hypot(*(place - point)) < PLACE]
+        self.left = min(left, default=self.poses)
+
+    def spend(self, point: Floats) -> None:
+        """Keep what is left at the place of a point (2,), where nothing was found."""
+        self._places.append((point, self.left))
 
 
 class Stretch(NamedTuple):

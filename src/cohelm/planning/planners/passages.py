@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -27,23 +28,25 @@ that is a tenth too narrow is worth a detour of ten times its depth."""
 
 
 def no_path(
-    prepared: PreparedProblem, parameters: CostmapParameters, stuck: Floats | None = None
+    prepared: PreparedProblem, parameters: CostmapParameters, stuck: Sequence[Floats] = ()
 ) -> NoPath:
     """Create the error that explains why no path was found.
 
     Args:
         prepared: the problem.
         parameters: of the planner.
-        stuck: point (2,) where the footprint cannot follow a path that is wide enough for its
-            inscribed circle, grid's frame, m; None if there is no such path.
+        stuck: points (2,) where the footprint cannot follow a path that is wide enough for its
+            inscribed circle, grid's frame, m, the best path first; empty if there is none. The
+            first that is really too narrow is named.
     """
     problem = prepared.problem
     because, passage = "", None
-    end = None if stuck is None else _end_at(prepared, stuck)
+    end = _end_at(prepared, stuck[0]) if stuck else None
     if end is not None:
         because = f"the walls around the {end}"
-    elif stuck is not None:
-        passage = _bend(prepared, stuck)
+    elif stuck:
+        bends = [_bend(prepared, each) for each in stuck]
+        passage = next((each for each in bends if each.width < each.needed), bends[0])
     elif closed_by_zones(prepared, parameters):
         because = "the zones to avoid"
     elif closed_by_keepout(prepared, parameters):

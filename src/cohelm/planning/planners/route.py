@@ -25,7 +25,7 @@ from cohelm.planning.path_refinement.footprint_refinement import (
 )
 from cohelm.planning.path_refinement.local_repair import RefinedLine
 from cohelm.planning.path_refinement.shortening import line_cost
-from cohelm.planning.path_refinement.waypoint_chaining import PoseBudget
+from cohelm.planning.path_refinement.waypoint_chaining import PLACE, PoseBudget
 from cohelm.planning.planners.passages import no_path
 from cohelm.planning.planners.wishes import report_wishes
 from cohelm.planning.problem import PreparedProblem, prepare
@@ -77,9 +77,9 @@ def find_route(
     """Find the best path that the footprint can follow.
 
     If the footprint does not pass on the best path, that passage is blocked and another path is
-    searched, a few times; then hybrid A* searches the whole map. The cost is that under the weights
-    of the prepared problem. The path leaves a zone that contains the start and does not enter it
-    again.
+    searched, a few times for each place; then hybrid A* searches the whole map. The cost is that
+    under the weights of the prepared problem. The path leaves a zone that contains the start and
+    does not enter it again.
 
     Args:
         prepared: the problem.
@@ -95,7 +95,7 @@ def find_route(
     budget = PoseBudget(round(prepared.problem.effort * parameters.refinement.budget))
     stuck: list[Floats] = []
     in_zone = _starts_in_zone(prepared)
-    for _ in range(parameters.refinement.detours + 1):
+    while True:
         found = search(weights)
         if found is not None and in_zone:
             weights, again = _open_exit_only(prepared, weights, found.cells)
@@ -105,16 +105,17 @@ def find_route(
         fitted = refine(prepared, weights, found, parameters, budget)
         if fitted.stuck is None:
             return _route(prepared, found.cells, fitted)
+        tried = sum(np.hypot(*(place - fitted.stuck)) < PLACE for place in stuck)
         stuck.append(fitted.stuck)
         around = block_passage(prepared, weights, fitted)
-        if around is None:
+        if around is None or tried >= parameters.refinement.detours:
             break
         weights = around
     if stuck:
         last = search_whole_map(prepared, parameters)
         if last is not None:
             return _route(prepared, _cells_of(prepared, last.points), last)
-    raise no_path(prepared, parameters, stuck[0] if stuck else None)
+    raise no_path(prepared, parameters, stuck)
 
 
 def route_without_wishes(

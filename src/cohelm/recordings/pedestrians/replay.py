@@ -20,6 +20,7 @@ from cohelm.errors import RecordingError
 from cohelm.geometry import transform
 from cohelm.recordings.outside_data import outside_data
 from cohelm.recordings.pedestrians.crowdnav import STEP, read_cases
+from cohelm.recordings.pedestrians.scales import Unit
 from cohelm.recordings.pedestrians.trajectories import (
     Trajectories,
     read_trajectories,
@@ -45,8 +46,12 @@ class Replay:
         """Film, its time window, and its position on the map."""
 
         file: str = ""
-        """Trajectories: obsmat, social-lstm or HERMES text, or CrowdNav's npz. Searched as given,
-        beside the scenario, and in the folder COHELM_DATA; empty: no people."""
+        """Trajectories: obsmat, social-lstm, HERMES or JuPedSim text, or CrowdNav's npz. Searched
+        as given, beside the scenario, and in the folder COHELM_DATA; empty: no people."""
+        unit: Unit | None = None
+        """Unit of the positions in a text; None: as its header or format says."""
+        step: float | None = Field(None, gt=0.0, le=10.0)
+        """Time between two frames of a text, s; None: as its header or format says."""
         case: int = Field(0, ge=0)
         """Number of the case in an npz file."""
         begin: float = Field(0.0, ge=0.0, le=1e6)
@@ -172,7 +177,8 @@ class Replay:
         p = self.parameters
         if not p.file:
             return _NO_PEOPLE
-        return _window(_found(p.file), p.case, p.begin, p.begin + p.seconds)
+        film = _whole(_found(p.file), p.case, p.unit, p.step)
+        return _window(film, p.begin, p.begin + p.seconds)
 
 
 def _found(name: str) -> Path:
@@ -184,16 +190,15 @@ def _found(name: str) -> Path:
 
 
 @lru_cache(maxsize=16)
-def _window(file: Path, case: int, begin: float, end: float) -> Trajectories:
+def _window(film: Trajectories, begin: float, end: float) -> Trajectories:
     """Select the people of a film who are seen between two times, s."""
-    film = _whole(file, case)
     return film.only((film.end >= begin) & (film.begin <= end))
 
 
 @lru_cache(maxsize=4)
-def _whole(file: Path, case: int) -> Trajectories:
+def _whole(file: Path, case: int, unit: Unit | None, step: float | None) -> Trajectories:
     if file.suffix != ".npz":
-        return read_trajectories(file)
+        return read_trajectories(file, unit=unit, step=step)
     cases = read_cases(file)
     if case >= len(cases):
         raise RecordingError(f"has {len(cases)} cases and no case {case}", file=file)

@@ -1,10 +1,13 @@
-"""Pedestrian trajectories in the text formats of ETH, UCY, social-lstm and HERMES.
+"""Pedestrian trajectories in the text formats of ETH, UCY, social-lstm, HERMES and JuPedSim.
 
-The format follows from the number of columns:
+The format follows from the number of columns, or from a header of lines that begin with ``#``:
 
     8   obsmat      frame, id, x, z, y, v_x, v_z, v_y     m; 0.4 s from frame to frame
     4   social-lstm frame, id, x, y                       m; 0.4 s; ``?`` where not annotated
     5   HERMES      id, frame, x, y, z                    cm; 1/16 s
+    #   JuPedSim    id, frame, x, y, …                    m, or as ``x/cm`` says; ``framerate:``
+
+The last one is also that of the pedestrian data archive of Jülich.
 
 The step of the frame numbers is found in the file (6 in ETH, 10 in UCY). The velocities of an
 obsmat file are ignored: they are differences of the positions, computed differently in each file.
@@ -19,6 +22,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.errors import RecordingError
+from cohelm.recordings.pedestrians.scales import METRES, Unit, check_scale, read_scales
 
 LONGEST_GAP = 5
 """Maximum gap between two samples of a person, in steps of the file, that is interpolated. Frames,
@@ -113,7 +117,11 @@ class Trajectories:
 
 
 def read_trajectories(
-    file: Path | str, *, step: float | None = None, groups: Path | str | None = None
+    file: Path | str,
+    *,
+    step: float | None = None,
+    unit: Unit | None = None,
+    groups: Path | str | None = None,
 ) -> Trajectories:
     """Read trajectories from a text file in one of the formats above.
 
@@ -122,16 +130,25 @@ def read_trajectories(
 
     Args:
         file: The trajectories.
-        step: Time between two frames, s; None: default of the format.
+        step: Time between two frames, s; None: that of the header, or default of the format.
+        unit: Unit of the positions; None: that of the header, or default of the format.
         groups: Lists of ids of people who walk together, one group per line; None: the file beside
             it, ``groups.txt`` for ``obsmat.txt``, if it exists.
 
     Raises:
         RecordingError: if a file is missing, empty, or has a line that is not valid; names the file
-            and the line.
+            and the line. Also if another unit is likely: people do not walk at 0.01 m/s.
     """
     file = Path(file)
-    frame, who, position, usual = _columns(file, _numbers(file))
+    lines = _lines(file)
+    header = "\n".join(" ".join(words) for _, words in lines if words[0].startswith("#"))
+    table = _numbers(file, [line for line in lines if not line[1][0].startswith("#")])
+    frame, who, position = _columns(file, table, has_header=bool(header))
+    usual, written = read_scales(header, table.shape[1])
+    scale = unit or written
+    position = position * METRES[scale]
+    if step is None and usual is None:
+        raise RecordingError("its header names no frame rate: give the step, s", file=file)
     order = np.lexsort((frame, who))
     frame, who, position = frame[order], who[order], position[order]
     same = who[1:] == who[:-1]
@@ -139,13 +156,13 @@ def read_trajectories(
     if np.any(steps == 0):
         k = int(np.flatnonzero(same & (np.diff(frame) == 0))[0])
         raise RecordingError(f"person {who[k]} is in frame {frame[k]:g} twice", file=file)
-    seconds = usual if step is None else step
-    unit = seconds / _most_common(steps if len(steps) else np.ones(1))
-    time = (frame - frame.min()) * unit
+    seconds = step or usual or 0.0
+    tick = seconds / _most_common(steps if len(steps) else np.ones(1))
+    time = (frame - frame.min()) * tick
     beside = file.with_name(file.name.replace("obsmat", "groups"))
     if groups is None and beside != file and beside.is_file():
         groups = beside
-    return trajectories_of(
+    found = trajectories_of(
         name=file.name,
         step=seconds,
         who=who,
@@ -153,6 +170,8 @@ def read_trajectories(
         position=position,
         groups=() if groups is None else read_groups(groups),
     )
+    check_scale(np.hypot(*found.velocity.T), found.position, scale, file)
+    return found
 
 
 def trajectories_of(
@@ -220,9 +239,8 @@ def _lines(file: Path) -> list[tuple[int, list[str]]]:
     return [(number, words) for number, line in lines if (words := line.split())]
 
 
-def _numbers(file: Path) -> Floats:
+def _numbers(file: Path, lines: list[tuple[int, list[str]]]) -> Floats:
     """Table (rows, columns) of finite numbers; rows with a ``?`` are skipped."""
-    lines = _lines(file)
     if not lines:
         raise RecordingError("is empty: it needs a line for each person and frame", file=file)
     width = len(lines[0][1])
@@ -246,26 +264,27 @@ def _numbers(file: Path) -> Floats:
     return np.array(rows, dtype=float).reshape(len(rows), width)
 
 
-def _columns(file: Path, table: Floats) -> tuple[Floats, Integers, Floats, float]:
-    """(frame, id, position in m, default time between frames) of a table of numbers."""
+def _columns(file: Path, table: Floats, *, has_header: bool) -> tuple[Floats, Integers, Floats]:
+    """(frame, id, position in the file's unit) of a table of numbers."""
     width = table.shape[1]
-    if width not in {4, 5, 8}:
+    if width < 4 if has_header else width not in {4, 5, 8}:
         raise RecordingError(
-            f"has {width} columns; trajectories have 8 (obsmat), 4 (social-lstm) or 5 (HERMES)",
+            f"has {width} columns; trajectories have 8 (obsmat), 4 (social-lstm), 5 (HERMES), or 4 "
+            "and more behind a header of JuPedSim",
             file=file,
         )
     if len(table) == 0:
         raise RecordingError("has no positions: every one is '?'", file=file)
     if np.abs(table).max() > _MAX_NUMBER:
         raise RecordingError(f"holds a number beyond {_MAX_NUMBER:g}", file=file)
-    frame, who = (table[:, 1], table[:, 0]) if width == 5 else (table[:, 0], table[:, 1])
+    id_first = has_header or width == 5
+    frame, who = (table[:, 1], table[:, 0]) if id_first else (table[:, 0], table[:, 1])
     if np.any(who != np.rint(who)):
         raise RecordingError(
             f"has an id that is not a whole number, {who[who != np.rint(who)][0]:g}", file=file
         )
-    columns = [2, 4] if width == 8 else [2, 3]
-    position = table[:, columns] * (0.01 if width == 5 else 1.0)
-    return frame, who.astype(np.int64), position, 1.0 / 16.0 if width == 5 else 0.4
+    columns = [2, 4] if width == 8 and not has_header else [2, 3]
+    return frame, who.astype(np.int64), table[:, columns]
 
 
 def _most_common(steps: Floats) -> float:
