@@ -1,4 +1,4 @@
-"""Reversing along the driven track: the track, the room to turn, beginning and end."""
+"""Reversing: the driven track, legs of a path, the room to turn, beginning and end."""
 
 import math
 from dataclasses import replace
@@ -14,22 +14,18 @@ from cohelm.navigation.recovery.driven_track import (
     TRACK_LENGTH,
     extend_track,
     poses_along,
+    poses_backward,
     way_back,
 )
 from cohelm.navigation.recovery.reversing import (
-    NEAR_GOAL,
     ReversingCause,
     ReversingContext,
-    is_caused,
     update_reversing,
 )
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
-from cohelm.navigation.recovery.turning_room import (
-    can_turn,
-    must_turn_elsewhere,
-    turn_to_path,
-)
+from cohelm.navigation.replanning.remaining_path import leg_of, next_leg, turn_to_path
 from cohelm.robots import load_robot
+from cohelm.robots.turning_room import can_turn, must_turn_elsewhere
 from cohelm.testing.scenes import room, walls_of
 
 CHAIR = load_robot("quantum_q6_edge")
@@ -48,10 +44,8 @@ def straight(end, step=0.04):
 
 
 def context(**changes):
-    """A chair in a corridor that has driven 0.6 m past its goal."""
-    plain = ReversingContext(
-        time=10.0, goal=GOAL, turn=math.pi, has_room=False, remaining=0.0, way_back=5.0
-    )
+    """A chair whose path leads 5 m backwards."""
+    plain = ReversingContext(time=10.0, goal=GOAL, backward=True, way_back=5.0)
     return replace(plain, **changes)
 
 
@@ -178,46 +172,26 @@ def test_the_turn_to_a_path_is_that_to_half_a_metre_ahead_or_to_the_goal():
 # ------------------------------------------------------------------ beginning and end
 
 
-def test_a_chair_past_its_goal_reverses_at_once_if_it_cannot_turn():
-    assert update_reversing(context(), None, patience=8.0).cause is ReversingCause.TURN
-    for changes in (
-        {"has_room": True},
-        {"turn": 1.0},
-        {"way_back": 0.2},
-        {"allowed": False},
-        {"remaining": 5.0},
-    ):
-        assert not update_reversing(context(**changes), None, patience=8.0).active
+JAM = {"backward": False, "jammed": True, "has_room": False}
 
 
-def test_far_from_the_goal_waiting_comes_first():
-    assert not is_caused(context(remaining=5.0))
-    assert is_caused(context(remaining=5.0, waited=True))
-
-
-def test_far_from_the_goal_a_blocked_way_back_is_not_waited_for():
-    far = context(remaining=5.0, waited=True)
-    assert update_reversing(far, None, patience=2.0).active
-    assert not update_reversing(replace(far, clearance=0.05), None, patience=2.0).active
-    assert update_reversing(context(clearance=0.0), None, patience=2.0).active
-
-
-def test_near_the_goal_it_reverses_until_the_goal_is_ahead_elsewhere_until_it_can_turn():
+def test_a_leg_backwards_is_driven_until_it_ends():
     state = update_reversing(context(), None, patience=8.0)
-    assert update_reversing(context(has_room=True), state, patience=8.0).active
-    ended = update_reversing(context(has_room=True, turn=0.5, time=12.0), state, patience=8.0)
-    assert (ended.active, ended.ended_at) == (False, 12.0)
-    far = context(has_room=True, remaining=NEAR_GOAL + 0.1)
-    assert not update_reversing(far, state, patience=8.0).active
+    assert state.cause is ReversingCause.LEG
+    assert update_reversing(context(way_back=0.05), state, patience=8.0).active
+    assert not update_reversing(context(backward=False), state, patience=8.0).active
+    assert not update_reversing(context(allowed=False), None, patience=8.0).active
 
 
 def test_a_jam_is_left_backwards_to_a_place_where_the_chair_can_turn_about():
-    jam = context(turn=0.1, remaining=9.0, jammed=True)
+    jam = context(**JAM)
     state = update_reversing(jam, None, patience=8.0)
     assert state.cause is ReversingCause.JAM
     assert update_reversing(replace(jam, jammed=False), state, patience=8.0).active
-    wide = replace(jam, jammed=False, has_room=True)
-    assert not update_reversing(wide, state, patience=8.0).active
+    ended = update_reversing(replace(jam, has_room=True, time=12.0), state, patience=8.0)
+    assert (ended.active, ended.ended_at) == (False, 12.0)
+    for changes in ({"has_room": True}, {"way_back": 0.2}, {"clearance": 0.05}):
+        assert not update_reversing(replace(jam, **changes), None, patience=8.0).active
 
 
 def test_a_blocked_way_back_is_waited_for_and_then_left_to_the_recovery():
@@ -231,16 +205,15 @@ def test_a_blocked_way_back_is_waited_for_and_then_left_to_the_recovery():
     assert changes[:2] == pytest.approx([8.0, 13.0], abs=0.11)
 
 
-def test_the_attempts_on_the_way_to_one_goal_are_limited():
+def test_the_attempts_to_leave_jams_are_limited():
     state, begun = None, 0
     for k in range(40):
         was = state is not None and state.active
-        turn = math.pi if k % 2 == 0 else 0.1
-        now = context(time=float(k), turn=turn, has_room=turn < 1.0)
+        now = context(time=float(k), **{**JAM, "has_room": k % 2 == 1})
         state = update_reversing(now, state, patience=8.0)
         begun += state.active and not was
     assert begun == 4
-    other = context(time=50.0, goal=np.array([9.0, 0.0]))
+    other = context(time=50.0, goal=np.array([9.0, 0.0]), **JAM)
     assert update_reversing(other, state, patience=8.0).active
 
 
@@ -249,3 +222,52 @@ def test_the_reason_tells_why_the_chair_backs_up_or_waits():
     assert action.reason(stands=False) is Reason.REVERSING
     assert replace(action, turns=False).reason(stands=False) is Reason.BACKING_UP
     assert replace(action, reverses=False).reason(stands=True) is Reason.WAITING
+
+
+# ------------------------------------------------------------------ legs of a path
+
+
+def in_three_moves():
+    """1 m forward, 2 m back, 3 m forward along x."""
+    x = np.concatenate(
+        [np.arange(0.0, 1.0, 0.1), np.arange(1.0, -1.0, -0.1), np.arange(-1, 2.05, 0.1)]
+    )
+    line = np.column_stack([x, np.zeros_like(x)])
+    return Path(
+        points=line,
+        length=float(arc_length(line)[-1]),
+        cost=6.0,
+        method="straight",
+        wishes=(),
+        without_wishes=line,
+        cusps=np.array([10, 30]),
+        pivots=np.array([30]),
+    )
+
+
+def test_legs_share_their_ends_and_alternate_in_gear():
+    path = in_three_moves()
+    legs = [leg_of(path, i) for i in range(3)]
+    assert [leg.backward for leg in legs] == [False, True, False]
+    assert [leg.is_last for leg in legs] == [False, False, True]
+    assert [leg.begin for leg in legs] == pytest.approx([0.0, 1.0, 3.0])
+    assert sum(leg.path.length for leg in legs) == pytest.approx(path.length)
+    assert [leg.path.pivots.tolist() for leg in legs] == [[], [20], [0]]
+    assert leg_of(replace(path, backs_out=True), 0).backward
+    plain = replace(path, cusps=np.empty(0, dtype=np.int64))
+    assert leg_of(plain, 0).path is plain
+
+
+def test_the_gear_changes_where_the_chair_stands_at_the_end_of_a_leg():
+    path, still, drives = in_three_moves(), np.zeros(3), np.array([0.2, 0.0, 0.0])
+    assert next_leg(path, 0, 0.8, still) == 0
+    assert next_leg(path, 0, 0.97, drives) == 0
+    assert next_leg(path, 0, 0.97, still) == 1
+    assert next_leg(path, 2, path.length, still) == 2
+
+
+def test_poses_on_a_leg_backwards_look_against_it():
+    back = poses_backward(leg_of(in_three_moves(), 1).path, np.array([1.0, 0.02, 0.03]), 0.0)
+    assert back[0] == pytest.approx([1.0, 0.02, 0.03])
+    assert back[-1] == pytest.approx([-1.0, 0.0, 0.0])
+    assert np.abs(back[:, 2]).max() < 0.2

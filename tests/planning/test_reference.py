@@ -182,3 +182,15 @@ def test_a_turned_world_turns_the_reference():
     assert np.allclose(ref_turned.speeds, ref.speeds, atol=1e-9)
     assert np.allclose(ref_turned.poses[:, :2], ref.poses[:, :2] @ rotation.T, atol=1e-9)
     assert np.allclose(ref_turned.poses[:, 2], ref.poses[:, 2] + angle, atol=1e-9)
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-0.3, 0.0), st.floats(-0.5, 0.5))
+@settings(max_examples=30, deadline=None)
+def test_a_path_is_driven_backwards_as_the_robot_turned_about_drives_it(heading, v, w):
+    pose = np.array([1.0, 0.2, heading])
+    back, at = follow(BEND, pose, (v, 0.0, w), backward=True)
+    about = np.array([0.0, 0.0, np.pi])
+    ahead, same = follow(BEND, pose + about, (-v, 0.0, w))
+    assert at == same
+    assert np.allclose(back.poses, ahead.poses - about)
+    assert np.allclose(back.speeds, -ahead.speeds)

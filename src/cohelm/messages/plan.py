@@ -49,6 +49,12 @@ class Path:
         default_factory=lambda: np.empty(0, dtype=np.int64)
     )
     """Indices of points at which no drivable curve fits, so that the robot turns on the spot."""
+    cusps: Annotated[Integers, Shape("c")] = field(
+        default_factory=lambda: np.empty(0, dtype=np.int64)
+    )
+    """Indices of points at which the robot changes its gear, forward or backward."""
+    backs_out: bool = False
+    """The first stretch, up to the first cusp, is driven backwards."""
 
 
 @value

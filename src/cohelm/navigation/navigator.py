@@ -258,10 +258,11 @@ class Navigator:
             return None, Command(twist=authority.twist)
         if authority.wants_stop:
             return None, Command(reason=Reason.RIDER_STOP)
-        if arrived:
+        if arrived or course.holds:
             begin = step.observation.twist if last is None else last.decision.twist
             twist = gentle_stop(setup.robot, begin)
-            return None, Command(twist=twist, reason=Reason.ARRIVED)
+            reason = Reason.ARRIVED if arrived else recovery.reason(stands=True)
+            return None, Command(twist=twist, reason=reason)
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, Command(reason=reason)

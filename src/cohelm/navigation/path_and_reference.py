@@ -16,13 +16,14 @@ from cohelm.navigation.group_outlines import group_outlines
 from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
 from cohelm.navigation.recovery.progress_checker import ProgressState, check_progress
-from cohelm.navigation.recovery.stages import RecoveryAction
-from cohelm.navigation.recovery.turning_room import must_turn_elsewhere, turn_to_path
+from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
+from cohelm.navigation.replanning.remaining_path import leg_of, next_leg, turn_to_path
 from cohelm.navigation.replanning.replanner import RouteState, update_route
 from cohelm.navigation.replanning.route_query import PlanningFailure, PlanReason, RouteQuery
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.planning import ReferenceSettings, make_reference
+from cohelm.robots.turning_room import must_turn_elsewhere
 from cohelm.sharing import shared_reference
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
@@ -43,6 +44,8 @@ class PathAndReference:
     speed_limit: float = np.inf
     """For a chair that is too fast for the end of the path, m/s."""
     progress: ProgressState | None = None
+    holds: bool = False
+    """The chair waits until the space behind it is known to be free."""
     failure: PlanningFailure | None = None
     """None if there is a path."""
 
@@ -76,16 +79,25 @@ def plan_path_and_reference(
         )
     except PlanningError as error:
         return PathAndReference(failure=_failure(step, error))
-    along, progress = _reference_along(step, world, route, stop_at=recovery.stop_at)
-    route = dataclasses.replace(route, progress=progress)
-    reverses = recovery.way_back is not None
-    waits = reverses or np.isfinite(recovery.stop_at)
+    leg = leg_of(route.path, route.leg)
+    stop_at = recovery.stop_at
+    if leg.backward and recovery.stage is not RecoveryStage.REVERSE:
+        stop_at = route.progress  # until the space behind is known to be free
+    along, progress = _reference_along(step, world, route, stop_at=stop_at)
+    route = dataclasses.replace(
+        route,
+        progress=progress,
+        leg=next_leg(route.path, route.leg, progress, step.observation.twist),
+    )
+    reverses = recovery.way_back is not None or leg.backward
+    waits = recovery.stage is RecoveryStage.REVERSE or np.isfinite(recovery.stop_at)
     return PathAndReference(
         route=route,
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
         speed_limit=np.inf if reverses else _speed_limit(step, world, authority, route, recovery),
         progress=_check_progress(step, route, progress, along, hold=hold or waits),
+        holds=leg.backward and not (recovery.reverses or authority.deflection.any()),
     )
 
 
@@ -97,15 +109,23 @@ def _speed_limit(
     recovery: RecoveryAction,
 ) -> float:
     """Speed limit, m/s, towards the end of the path and away from its beginning; +inf without."""
-    setup, pose = step.setup, step.observation.pose
-    remaining = min(route.path.length, recovery.stop_at) - route.progress
+    setup = step.setup
+    leg = leg_of(route.path, route.leg)
+    remaining = min(leg.begin + leg.path.length, recovery.stop_at) - route.progress
     limit = approach_limit(remaining, step.observation.twist, setup.comfort.deceleration)
-    if authority.deflection.any():
-        return limit
-    turn = turn_to_path(pose, route.path, route.progress, step.request.goal)
-    if must_turn_elsewhere(setup.robot, pose, turn, world.walls):
+    if not authority.deflection.any() and _cannot_turn(step, world, route):
         return min(limit, setup.progress.creep_speed)
     return limit
+
+
+def _cannot_turn(step: StepInput, world: WorldModel, route: RouteState) -> bool:
+    """Check for a leg that begins behind a chair that cannot turn to it where it is."""
+    leg = leg_of(route.path, route.leg)
+    if leg.backward:
+        return False
+    pose = step.observation.pose
+    turn = turn_to_path(pose, leg.path, route.progress - leg.begin, leg.path.points[-1])
+    return must_turn_elsewhere(step.setup.robot, pose, turn, world.walls)
 
 
 def _is_recent(failure: PlanningFailure, step: StepInput) -> bool:
@@ -133,6 +153,11 @@ def _route_query(
         people=world.people,
         stalled=recovery.replans,
         backed_up=_has_backed_up(step),
+        cannot_turn=(
+            not authority.deflection.any()
+            and step.memory.route is not None
+            and _cannot_turn(step, world, step.memory.route)
+        ),
         side=recovery.side,
         crowding=crowding if crowding.density.any() else None,
         groups=group_outlines(world.people, world.groups, setup.replanning.standing_speed),
@@ -175,25 +200,32 @@ def _reference_along(
     the heading there is free: parallel to the path it would pass beside the goal.
     """
     setup, observation = step.setup, step.observation
+    leg = leg_of(route.path, route.leg)
+    limit = setup.speed_limit(step.request)
     settings = ReferenceSettings(
         steps=setup.local_planner.steps,
         step=setup.local_planner.step,
-        speed=setup.speed_limit(step.request),
+        speed=min(limit, _backing_speed(step)) if leg.backward else limit,
         robot=setup.robot,
         comfort=setup.comfort,
+        backward=leg.backward,
     )
-    along, progress = make_reference(
-        route.path, observation.pose, observation.twist, settings, progress=route.progress
+    pose, twist = observation.pose, observation.twist
+    along, at = make_reference(
+        leg.path, pose, twist, settings, progress=max(route.progress - leg.begin, 0.0)
     )
-    final = (
-        path_up_to(route.path, stop_at)
-        if stop_at < route.path.length
-        else final_approach(route.path, progress, observation.pose[:2], world.walls, setup.robot)
-    )
-    if final is None:
-        return along, progress
-    ending, _ = make_reference(final, observation.pose, observation.twist, settings)
-    return ending, progress
+    final = None
+    if stop_at - leg.begin < leg.path.length:
+        final = path_up_to(leg.path, max(stop_at - leg.begin, 0.0))
+    elif leg.is_last and not leg.backward:
+        final = final_approach(leg.path, at, pose[:2], world.walls, setup.robot)
+    if final is not None:
+        along, _ = make_reference(final, pose, twist, settings)
+    return along, leg.begin + at
+
+
+def _backing_speed(step: StepInput) -> float:
+    return min(step.setup.recovery.back_up_speed, step.setup.progress.creep_speed)
 
 
 def _reference_to_track(
@@ -205,7 +237,7 @@ def _reference_to_track(
         return reverse_reference(
             step.observation.pose,
             recovery,
-            min(setup.recovery.back_up_speed, setup.progress.creep_speed),
+            _backing_speed(step),
             steps=setup.local_planner.steps,
             step=setup.local_planner.step,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 from cohelm.arrays import Annotated, Floats, Shape, value
@@ -20,6 +21,9 @@ class RouteProblem:
     """(x, y), m."""
     goal: Annotated[Floats, Shape("2")]
     """(x, y), m."""
+    start_heading: float = math.nan
+    """Heading of the robot at the start, rad: where it cannot turn to a path it backs out. NaN:
+    any."""
     wishes: tuple[Wish, ...] = ()
     wish_origin: Annotated[Floats, Shape("2")] | None = None
     """Position of the robot when the wishes were set, m. The distance d_r of Xu et al., eq. (1), is

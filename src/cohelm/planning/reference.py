@@ -21,6 +21,7 @@ from cohelm.messages import Path, Reference
 from cohelm.robots import Robot
 
 _BACK, _AHEAD = 1.0, 2.0  # m of path searched behind and ahead of the last progress
+_ABOUT = np.array([0.0, 0.0, np.pi])
 _AMBIGUOUS = 0.4  # rad from a half turn within which the robot keeps its direction of turn
 
 
@@ -51,6 +52,8 @@ class ReferenceSettings:
     """Wanted speed where nothing limits it, m/s; the robot's limit applies too."""
     robot: Robot
     comfort: ComfortLimits = ComfortLimits()
+    backward: bool = False
+    """The path is driven backwards: headings against its tangent, negative speeds."""
 
 
 def make_reference(
@@ -80,6 +83,8 @@ def make_reference(
     robot, comfort = settings.robot, settings.comfort
     along, line, heading, curvature = _geometry(path)
     pose, twist = np.asarray(pose, dtype=float), np.asarray(twist, dtype=float)
+    if settings.backward:  # the robot turned about drives the path forward
+        pose, twist = pose + _ABOUT, twist * np.array([-1.0, -1.0, 1.0])
     wanted = min(max(settings.speed, 0.0), robot.max_speed)
     limits = np.array(
         [
@@ -97,6 +102,8 @@ def make_reference(
     poses, speeds, at = _drive(
         along, line, heading, curvature, pose, twist, limits, start, *horizon
     )
+    if settings.backward:
+        poses, speeds = poses - _ABOUT, -speeds
     return Reference(step=settings.step, poses=poses, speeds=speeds), at
 
 

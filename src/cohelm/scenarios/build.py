@@ -199,6 +199,7 @@ def _problem(navigator: NavigatorSetup, start: Floats, request: Request) -> Rout
         grid=navigator.grid,
         robot=navigator.robot,
         start=start[:2],
+        start_heading=float(start[2]),
         goal=request.goal,
         wishes=request.wishes,
         filters=navigator.filters,

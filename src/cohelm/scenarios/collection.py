@@ -38,5 +38,5 @@ _HEADINGS = {
     Collection.RIDER: "Rider and chair together",
     Collection.CHANGING: "Obstacles and doors that are not on the map",
     Collection.SHARING: "Knowledge split between rider and chair",
-    Collection.DOORWAYS: "Narrow doorways among people",
+    Collection.DOORWAYS: "Narrow places",
 }

@@ -1,5 +1,6 @@
 """Hybrid A* finds drivable paths, with turns on the spot where they are allowed."""
 
+import itertools
 import math
 
 import numpy as np
@@ -18,6 +19,7 @@ from cohelm.planning.path_refinement.dubins import drive_arc, dubins_words
 from cohelm.planning.path_refinement.footprint import (
     directions,
     footprint_model,
+    overlaps,
     overlaps_along,
     turn_between,
 )
@@ -149,6 +151,94 @@ def test_any_direction_will_do_where_none_is_asked():
     found, _ = search_poses(space, all_headings(start), goal, SearchLimits(2.0, False, 4000))
     check(space, found, start, goal)
     assert abs(turn_between(np.pi, found.start_heading)) < 0.3
+
+
+# --------------------------------------------------------------------------------- both gears
+
+
+def poses_of(found):
+    """(poses (k, 3) with true headings, True (k,) where the chair drives backwards)."""
+    ends = [0, *found.cusps, len(found.points) - 1]
+    poses, backward = [], []
+    for i, (a, b) in enumerate(itertools.pairwise(ends)):
+        back = found.backs_out ^ (i % 2 == 1)
+        along = directions(found.points[a : b + 1]) + (math.pi if back else 0.0)
+        poses.append(np.column_stack([found.points[a:b], along]))
+        backward += [back] * (b - a)
+    return np.concatenate(poses), np.array(backward)
+
+
+def check_gears(space, found, start, goal):
+    """Nothing overlaps at the true headings, which turn no faster than the chair can."""
+    assert np.allclose(found.points[[0, -1]], [start[:2], goal[:2]], atol=1e-6)
+    poses, _ = poses_of(found)
+    assert not any(overlaps(space.footprint, *pose) for pose in poses)
+    turns = np.abs([turn_between(a, b) for a, b in itertools.pairwise(poses[:, 2])])
+    turns[np.concatenate([found.pivots - 1, found.pivots]).clip(0, len(turns) - 1)] = 0.0
+    assert turns.max(initial=0.0) <= 0.1 * CHAIR.max_curvature * 1.05
+
+
+def lift():
+    """A lift of 1.1 x 1.4 m with a door of 0.9 m at the left end of a hall of 2 x 3 m."""
+    blocked = np.ones((80, 120), dtype=bool)
+    blocked[29:51, 20:48] = False  # the car, x from 1.0 to 2.4 m
+    blocked[31:49, 48:50] = False  # its door
+    blocked[20:60, 50:110] = False  # the hall, to x = 5.5 m
+    return blocked
+
+
+BOTH = SearchLimits(3.0, True, 20_000, reverse=True)
+
+
+def test_a_dead_end_is_left_backwards():
+    space = space_of(corridor(0.9))
+    start, goal = np.array([7.0, 2.0, 0.0]), np.array([2.0, 2.0, np.nan])
+    found, _ = search_poses(space, start[None], goal, BOTH)
+    check_gears(space, found, start, goal)
+    assert found.backs_out
+    assert not len(found.cusps)
+    # five metres backwards, worth ten, on free cells
+    assert found.cost == pytest.approx(10.0, abs=0.2)
+
+
+def test_a_lift_is_left_backwards_and_the_hall_crossed_forward():
+    space = space_of(lift())
+    start, goal = np.array([1.7, 2.0, np.pi]), np.array([4.6, 2.0, 0.0])
+    found, _ = search_poses(space, start[None], goal, BOTH)
+    check_gears(space, found, start, goal)
+    assert found.backs_out
+    _, backward = poses_of(found)
+    assert not backward[-5:].any()
+    none, _ = search_poses(space, start[None], goal, BOTH._replace(reverse=False))
+    assert none is None
+
+
+def test_a_place_with_room_for_the_rear_alone_is_entered_backwards():
+    space = space_of(lift())
+    start = np.array([4.8, 2.0, np.pi])
+    goal = np.array([1.52, 2.0, np.nan])  # 0.52 m before the wall; the front reaches 0.65 m
+    found, _ = search_poses(space, all_headings(goal), start, BOTH._replace(from_end=True))
+    check_gears(space, found, start, goal)
+    poses, backward = poses_of(found)
+    assert backward[-1]
+    assert abs(turn_between(poses[-1, 2], 0.0)) < 0.2
+
+
+def test_the_other_end_of_the_search_has_the_same_costs():
+    space = space_of(lift())
+    start, goal = np.array([1.7, 2.0, np.pi]), np.array([4.0, 2.0, np.pi])
+    out, _ = search_poses(space, start[None], goal, BOTH)
+    back, _ = search_poses(space, goal[None], start, BOTH._replace(from_end=True))
+    assert back.cost == pytest.approx(out.cost, rel=0.1)
+    assert back.backs_out == out.backs_out
+    assert back.start_heading == pytest.approx(start[2])
+
+
+def test_a_cost_that_must_not_be_reached_is_not():
+    space = space_of(corridor(0.9))
+    start, goal = np.array([7.0, 2.0, 0.0]), np.array([2.0, 2.0, np.nan])
+    none, _ = search_poses(space, start[None], goal, BOTH._replace(below=9.0))
+    assert none is None
 
 
 # ------------------------------------------------------------------------------------ repairs

@@ -37,6 +37,7 @@ export const status = {
   "newRoute.better": "Neuer Weg: er ist jetzt besser als der alte.",
   "newRoute.stalled": "Neuer Weg: es ging nicht weiter.",
   "newRoute.backed_up": "Neuer Weg: der Rollstuhl musste zurücksetzen.",
+  "newRoute.turn": "Neuer Weg: hier ist kein Platz zum Wenden.",
   "newRoute.steering": "Neuer Weg: Sie haben anders gelenkt.",
   "newRoute.off_path": "Neuer Weg: der Rollstuhl hatte den alten verlassen.",
   "newRoute.through": "Jetzt durch {name}, {detour}.",

@@ -37,6 +37,7 @@ export const status = {
   "newRoute.better": "New route: it has become better than the old one.",
   "newRoute.stalled": "New route: there was no progress.",
   "newRoute.backed_up": "New route: the chair had to back up.",
+  "newRoute.turn": "New route: no room to turn here.",
   "newRoute.steering": "New route: you steered another way.",
   "newRoute.off_path": "New route: the chair had left the old one.",
   "newRoute.through": "Now through {name}, {detour}.",

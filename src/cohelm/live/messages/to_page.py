@@ -173,7 +173,16 @@ class ActiveWish(WireMessage):
 
 
 RouteCause = Literal[
-    "first", "goal", "wish", "blocked", "better", "off_path", "stalled", "backed_up", "steering"
+    "first",
+    "goal",
+    "wish",
+    "blocked",
+    "better",
+    "off_path",
+    "stalled",
+    "backed_up",
+    "turn",
+    "steering",
 ]
 """Cause of planning a route: ``navigation.PlanReason``."""
 

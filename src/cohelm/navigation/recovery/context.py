@@ -24,7 +24,7 @@ from cohelm.navigation.recovery.rear_clearance import (
     reverse_poses,
 )
 from cohelm.navigation.recovery.reversing import ReversingState
-from cohelm.navigation.recovery.reversing_context import distance_behind, reverse_along_track
+from cohelm.navigation.recovery.reversing_context import distance_behind, reverse
 from cohelm.navigation.recovery.stages import (
     PeopleNearby,
     RecoveryAction,
@@ -90,8 +90,8 @@ def update_recovery(
     elif state is not None and state.stage is RecoveryStage.WAIT_AT_GOAL:
         state = None
 
-    # A path that begins behind a chair that cannot turn: back up to where it can.
-    action, reversing, rear = reverse_along_track(step, world, authority, route, rear, track)
+    # A path that leads backwards, or a jam.
+    action, reversing, rear = reverse(step, world, authority, route, rear, track)
     if reversing.active:
         return RecoveryUpdate(action, state, rear, track, reversing)
 

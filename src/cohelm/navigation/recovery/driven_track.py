@@ -10,6 +10,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.geometry import arc_length, inverse, transform, wrap_angle
+from cohelm.messages import Path
 
 TRACK_LENGTH = 10.0
 """Length of the track that is kept, m: a chair backs up no farther, because the rider cannot see
@@ -68,6 +69,23 @@ def way_back(track: Floats, pose: Floats, limit: float) -> Floats:
     headings = pose[2] + np.concatenate([[0.0], np.cumsum(turns)])
     poses = np.column_stack([poses[:, :2], headings])[:count]
     return poses[arc_length(poses[:, :2]) <= limit]
+
+
+def poses_backward(path: Path, pose: Floats, progress: float) -> Floats:
+    """Poses (k, 3) of a chair that drives the rest of a path backwards, with continuous headings.
+
+    Args:
+        path: driven backwards from its beginning to its end.
+        pose: of the chair; the first of the result.
+        progress: arc length of the chair on the path, m.
+    """
+    along = arc_length(path.points)
+    ahead = path.points[along > progress + _SPACING]
+    points = np.concatenate([pose[None, :2], ahead if len(ahead) else path.points[-1:]])
+    steps = np.diff(points, axis=0)
+    headings = np.arctan2(-steps[:, 1], -steps[:, 0])
+    turns = np.asarray(wrap_angle(np.diff(np.concatenate([pose[2:], headings]))))
+    return np.column_stack([points, pose[2] + np.concatenate([[0.0], np.cumsum(turns)])])
 
 
 def poses_along(poses: Floats, travelled: Floats) -> Floats:

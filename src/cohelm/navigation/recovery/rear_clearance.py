@@ -29,6 +29,9 @@ _WALL_STEP = 0.05
 """Spacing of the poses that are checked against walls, m."""
 _WALL_MARGIN = 0.03
 """Gap to a wall that counts as contact, m."""
+_AT_WALL = 0.07
+"""Distance from a known wall up to which a return is one of the wall, m: less than the thickness of
+a leg that touches it."""
 _PEOPLE_BEHIND = 1.0
 """No person may be, or come within a second, this near behind the backed-up chair, m …"""
 _PEOPLE_BESIDE = 0.5
@@ -122,7 +125,7 @@ def rear_clearance(
         # Without a planar scanner the trail is the only evidence.
         free = _on_trail(robot, points, memory.trail)
         if scanned:
-            free |= _passed_by_beams(scene.detections, points)
+            free |= _passed_by_beams(scene.detections, points, scene.walls)
         observed = _free_distance(free.reshape(places.shape[:2]))
         updated = RearMemory(
             trail=memory.trail, clearance=observed, observed_at=time, curvature=curvature
@@ -168,16 +171,21 @@ def _free_distance(free: Booleans) -> float:
     return max(rows - 1, 0) * _ROW
 
 
-def _passed_by_beams(detections: tuple[Detections, ...], places: Floats) -> Booleans:
+def _passed_by_beams(
+    detections: tuple[Detections, ...], places: Floats, walls: DistanceField
+) -> Booleans:
     """Mask (n,) of the places (n, 2) of the map that beams of a planar scanner just passed.
 
-    At least two beams reach the place, and none of them ends before it or in it.
+    At least two beams reach the place, and none of them ends before it or in it but at a known
+    wall, whose gap is checked apart: in a corridor beams end close beside the chair.
     """
     out = np.zeros(len(places), dtype=bool)
     for each in detections:
         if each.heights is not None:
             continue
-        ends = np.concatenate([each.points, each.free_ends]) - each.origin
+        ends = np.concatenate([each.points, each.free_ends])
+        unexplained = walls.at(ends) > _AT_WALL
+        ends = ends - each.origin
         length = np.hypot(*ends.T)
         to = places - each.origin
         distance = np.maximum(np.hypot(*to.T), 1e-6)
@@ -185,7 +193,7 @@ def _passed_by_beams(detections: tuple[Detections, ...], places: Floats) -> Bool
         offset = np.abs(unit[:, :1] * ends[:, 1] - unit[:, 1:] * ends[:, 0])
         meets = offset <= (0.5 * _WIDTH / distance)[:, None] * length
         meets &= unit @ ends.T > 0.0
-        stopped = meets & (length < (distance + _WIDTH)[:, None])
+        stopped = meets & unexplained & (length < (distance + _WIDTH)[:, None])
         out |= (meets.sum(axis=1) >= 2) & ~stopped.any(axis=1)
     return out
 

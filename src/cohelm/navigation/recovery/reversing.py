@@ -1,9 +1,9 @@
-"""Reversing along the driven track, where the chair can neither go on nor turn.
+"""Reversing: along a leg of the path that is driven backwards, or out of a jam.
 
-A chair that has driven past its goal, or past the place where its path turns off, cannot turn in a
-narrow corridor. It backs up along the track, on which it fitted, until it can turn to its path: at
-the goal itself, before it for another approach, or at the nearest place that is wide enough. A
-chair in a corridor full of people who want to pass backs up to such a place as well.
+A path that begins behind a chair that cannot turn has legs in both gears. The chair drives those
+backwards as far as the space behind is known to be free. A chair in a corridor full of people who
+want to pass backs up along the track that it drove, on which it fitted, to a place where it can
+turn about.
 """
 
 from __future__ import annotations
@@ -15,18 +15,13 @@ from enum import StrEnum
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.navigation.recovery.turning_room import BEHIND
 
-_ABREAST = math.radians(60.0)
-"""Turn to a goal nearby below which the chair drives forward again, rad."""
-NEAR_GOAL = 1.5
-"""Remaining length up to which reversing to the goal is shorter than turning twice, m."""
 _MIN_CLEARANCE = 0.1
-"""Free distance behind from which reversing begins, m; near the goal the chair waits for it."""
+"""Free distance behind from which backing out of a jam begins, m."""
 MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
-"""Attempts on the way to one goal; a chair that needs more is not helped by another one."""
+"""Jams backed out of on the way to one goal; a chair in more is not helped by another attempt."""
 _PAUSE = 5.0
 """Time without reversing after a way back that was blocked, s."""
 _ROUNDING = 1e-9  # s; times are sums of float steps
@@ -35,8 +30,8 @@ _ROUNDING = 1e-9  # s; times are sums of float steps
 class ReversingCause(StrEnum):
     """Cause of reversing."""
 
-    TURN = "turn"
-    """The path begins behind the chair."""
+    LEG = "leg"
+    """The path leads backwards."""
     JAM = "jam"
     """People ahead want to pass, and every other recovery has failed."""
 
@@ -49,30 +44,18 @@ class ReversingContext:
     """s."""
     goal: Annotated[Floats, Shape("2")]
     """m."""
-    turn: float
-    """Angle between the heading and the direction of the path ahead, ≥ 0, rad."""
-    has_room: bool
-    """The chair can turn by it on the spot; in a jam, the chair can turn about."""
-    waited: bool = False
-    """The ride makes no progress, and waiting did not help."""
+    backward: bool = False
+    """The present leg of the path is driven backwards."""
     jammed: bool = False
     """People ahead want to pass, and every other recovery has failed."""
-    remaining: float
-    """Remaining length of the path, m."""
-    way_back: float
+    has_room: bool = True
+    """In a jam: the chair can turn about."""
+    way_back: float = 0.0
     """Length of the way back, m."""
     clearance: float = math.inf
     """Distance that the chair may back up now, as far as observed, m."""
     allowed: bool = True
     """Neither the rider nor the robot forbids it."""
-
-    @property
-    def is_behind(self) -> bool:
-        """The path leads aside or back; far from the goal this matters once waiting did not help.
-
-        A chair that has made way for a person may find another way to its path.
-        """
-        return self.turn > BEHIND and (self.waited or self.remaining <= NEAR_GOAL)
 
 
 @value
@@ -89,7 +72,7 @@ class ReversingState:
     paused_until: float = -math.inf
     """s."""
     ended_at: float = -math.inf
-    """Time at which the chair could turn again; a path planned before begins elsewhere, s."""
+    """Time at which the chair has left a jam; a path planned before begins elsewhere, s."""
 
     @property
     def active(self) -> bool:
@@ -110,14 +93,12 @@ def update_reversing(
     if memory is None or not np.array_equal(memory.goal, now.goal):
         memory = ReversingState(goal=now.goal.copy())
     if not memory.active:
-        ready = now.time >= memory.paused_until - _ROUNDING and memory.attempts < _MAX_ATTEMPTS
-        free = now.clearance >= _MIN_CLEARANCE or now.remaining <= NEAR_GOAL
-        if not (ready and free and is_caused(now)):
-            return memory
-        cause = ReversingCause.TURN if now.is_behind else ReversingCause.JAM
-        return replace(memory, cause=cause, attempts=memory.attempts + 1)
+        ready = now.time >= memory.paused_until - _ROUNDING and is_caused(now)
+        return _begun(now, memory) if ready else memory
     if _ends(now, memory.cause):
-        return replace(memory, cause=None, blocked_since=math.inf, ended_at=now.time)
+        jammed = memory.cause is ReversingCause.JAM
+        ended_at = now.time if jammed else memory.ended_at
+        return replace(memory, cause=None, blocked_since=math.inf, ended_at=ended_at)
     if now.clearance > 0.0:
         return replace(memory, blocked_since=math.inf)
     since = min(memory.blocked_since, now.time)
@@ -126,14 +107,23 @@ def update_reversing(
     return replace(memory, cause=None, blocked_since=math.inf, paused_until=now.time + _PAUSE)
 
 
+def _begun(now: ReversingContext, memory: ReversingState) -> ReversingState:
+    """Begin reversing; backing out of a jam needs free space behind, and is not tried for ever."""
+    if now.backward:
+        return replace(memory, cause=ReversingCause.LEG)
+    if memory.attempts == _MAX_ATTEMPTS or now.clearance < _MIN_CLEARANCE:
+        return memory
+    return replace(memory, cause=ReversingCause.JAM, attempts=memory.attempts + 1)
+
+
 def is_caused(now: ReversingContext) -> bool:
     """Check for a cause of reversing, and for a way back."""
-    caused = now.is_behind or now.jammed
-    return now.allowed and caused and not now.has_room and now.way_back >= MIN_WAY
+    out_of_jam = now.jammed and not now.has_room and now.way_back >= MIN_WAY
+    return now.allowed and (now.backward or out_of_jam)
 
 
 def _ends(now: ReversingContext, cause: ReversingCause | None) -> bool:
-    """Check for turning room; near the goal the chair goes on until the goal is ahead."""
-    near = cause is ReversingCause.TURN and now.remaining <= NEAR_GOAL
-    turns = now.has_room and (now.turn <= _ABREAST or not near)
-    return turns or not now.allowed or now.way_back < MIN_WAY
+    """Check for the end of the leg, or for room to turn about."""
+    if cause is ReversingCause.LEG:
+        return not now.allowed or not now.backward
+    return not now.allowed or now.has_room or now.way_back < MIN_WAY

@@ -42,6 +42,9 @@ from cohelm.navigation.static_people import with_closed_side, with_static_people
 from cohelm.planning import GlobalPlanner, RouteProblem
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
+_TURN_INTERVAL = 2.0
+"""Minimum age of a path that begins behind a chair that cannot turn to it, s; the next one may have
+no manoeuvre either."""
 _ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
 """Reasons after which the old path counts as abandoned."""
 
@@ -92,6 +95,8 @@ class RouteState:
     """Remaining wishes."""
     progress: float = 0.0
     """Arc length of the chair's projection on the path, m."""
+    leg: int = 0
+    """Index of the leg of the path that the chair drives, see ``remaining_path.leg_of``."""
     blocked_since: float = math.inf
     """Time since which the path ahead is blocked, s."""
     attempted_at: float = -math.inf
@@ -154,6 +159,7 @@ def _cause(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> PlanR
         (q.time - current.blocked_since >= p.blocked_time - _ROUNDING, PlanReason.BLOCKED),
         (q.stalled, PlanReason.STALLED),
         (q.backed_up, PlanReason.BACKED_UP),
+        (q.cannot_turn and q.time - current.planned_at >= _TURN_INTERVAL, PlanReason.TURN),
         (_rider_leaves_path(q, current, p), PlanReason.STEERING),
         (deviation > p.max_deviation, PlanReason.OFF_PATH),
     )
@@ -250,6 +256,7 @@ def _problem(
         grid=q.grid,
         robot=q.robot,
         start=start,
+        start_heading=float(q.pose[2]) if np.array_equal(start, q.pose[:2]) else math.nan,
         goal=q.request.goal,
         wishes=wishes,
         wish_origin=wish_origin,
@@ -292,6 +299,7 @@ def _next_route(q: RouteQuery, path: Path, reason: PlanReason, current: RouteSta
         reason=reason,
         replans=current.replans + 1,
         progress=0.0,
+        leg=0,
         blocked_since=math.inf,
         switching=SwitchingState(
             at=q.time,

@@ -37,6 +37,8 @@ class PlanReason(StrEnum):
     """The ride made no progress."""
     BACKED_UP = "backed_up"
     """The chair has backed up along its track."""
+    TURN = "turn"
+    """The path began behind the chair, which cannot turn there."""
     STEERING = "steering"
     """The rider steered away from the path."""
 
@@ -59,6 +61,8 @@ class RouteQuery:
     """Recovery demands another path now, around people who stand."""
     backed_up: bool = False
     """The chair has backed up along its track since the last plan."""
+    cannot_turn: bool = False
+    """The path begins behind the chair, which cannot turn to it."""
     side: Side = "none"
     """Passing side that the rider selected."""
     crowding: Crowding | None = None

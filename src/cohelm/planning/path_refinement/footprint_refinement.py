@@ -3,28 +3,36 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 from pydantic import Field
 
 from cohelm.arrays import Booleans, Floats, Integers, lazy_copy
 from cohelm.config import Model
-from cohelm.geometry import inverse, transform
+from cohelm.geometry import arc_length, inverse, resample, transform, wrap_angle
+from cohelm.maps import DistanceField
 from cohelm.planning.grid_search.weights import BLOCKED, GridPath, Weights
 from cohelm.planning.path_refinement.configuration_space import (
     ConfigurationSpace,
     fits_at_some_heading,
     infeasible_points,
 )
-from cohelm.planning.path_refinement.footprint import footprint_model, offset_outline
+from cohelm.planning.path_refinement.footprint import (
+    footprint_model,
+    offset_outline,
+    overlaps,
+)
 from cohelm.planning.path_refinement.hybrid_astar import SearchLimits, search_poses
 from cohelm.planning.path_refinement.local_repair import RefinedLine, repair, widen_clearance
 from cohelm.planning.path_refinement.loops import find_loop, reversal_points
+from cohelm.planning.path_refinement.manoeuvres import Manoeuvring, add_manoeuvres
 from cohelm.planning.path_refinement.shortening import LineGrid
 from cohelm.planning.path_refinement.smoothing import LineLimits, Smoothing, smooth
 from cohelm.planning.path_refinement.waypoint_chaining import PoseBudget, all_headings
 from cohelm.planning.problem import CostmapParameters, PreparedProblem
 from cohelm.robots import Robot
+from cohelm.robots.turning_room import must_turn_elsewhere
 
 _GROWN = 0.006
 """Margin of the footprint in the search over (x, y, heading), m, for a curvature of 1/m: the search
@@ -33,6 +41,15 @@ drives arcs, and the chords of the path cut them by some millimetres."""
 _DROPPED = 8  # waypoints at most that are dropped for a line without loops
 _WIDENING = 3_000  # poses expanded at each place to keep the requested clearance
 _BESIDE = 1.0  # m from a waypoint within which a problem is attributed to it
+_GAPS = (0.08, 0.05, 0.02)
+"""Gaps of the footprint in manoeuvres, m: the widest that leaves a path is kept. The last is that
+of the local planner's verification."""
+_MANOEUVRING, _PART = 16_000, 0.35
+"""Poses expanded for the manoeuvres of a line, and the share of them for the next search."""
+_MARGIN, _ROUND = 0.03, 12
+"""Gap of the capsule, m, which the local planner keeps clear, and corners of each of its ends."""
+_ARRIVED = 0.13  # m before the goal, from which a slow chair has arrived
+_LOOKAHEAD = 0.5  # m, at which the direction of a line's beginning is taken
 _NO_PIVOTS = np.empty(0, dtype=np.int64)
 
 
@@ -183,6 +200,49 @@ def search_whole_map(
     return RefinedLine(points=found.points, pivots=found.pivots)
 
 
+def manoeuvre(
+    prepared: PreparedProblem, parameters: RefinementParameters, line: RefinedLine
+) -> RefinedLine:
+    """Add manoeuvres in both gears where the line is stuck or begins behind the robot.
+
+    Returns the line itself if it needs none, or if none is found.
+    """
+    problem, costmap = prepared.problem, prepared.costmap
+    robot, heading = problem.robot, problem.start_heading - float(problem.grid.X_MG[2])
+    behind = False
+    if len(line.points) > 1 and not math.isnan(heading):
+        start, ahead = line.points[0], resample(line.points, _LOOKAHEAD)[1]
+        walls = DistanceField(
+            distance=costmap.walls, resolution=problem.grid.resolution, X_MG=np.zeros(3)
+        )
+        turn = float(wrap_angle(math.atan2(*(ahead - start)[::-1]) - heading))
+        behind = must_turn_elsewhere(robot, np.array([*start, heading]), turn, walls)
+    if robot.motion_model.translating > 1 or robot.max_reverse_speed <= 0.0:
+        return line
+    space = partial(_space, prepared, prepared.weights, parameters)
+    round_ends = space(_capsule_outline(robot), wider=_MARGIN)
+    wrong = np.zeros(len(line.points), dtype=np.bool_)
+    spaces = (round_ends, *(space(robot.outline, wider=gap) for gap in _GAPS))
+    if line.stuck is not None:
+        wrong = infeasible_points(spaces[-1], line.points, line.pivots)
+    elif not behind and _touches_at_end(round_ends, line.points):
+        wrong[-1], spaces = True, spaces[:1]
+    wrong[0] |= behind
+    budget = PoseBudget(round(problem.effort * _MANOEUVRING))
+    budget.part = _PART
+    with_ = Manoeuvring(spaces, robot.minimum_turning_radius is None, budget)
+    return add_manoeuvres(line, wrong, heading, with_) or line
+
+
+def _touches_at_end(space: ConfigurationSpace, points: Floats) -> bool:
+    """Check for a goal so close before a wall that the chair cannot arrive there forward."""
+    if float(arc_length(points)[-1]) <= _ARRIVED:
+        return False
+    near, last = resample(points[::-1], _ARRIVED)[1::-1]
+    heading = math.atan2(*(last - near)[::-1])
+    return bool(overlaps(space.footprint, float(near[0]), float(near[1]), heading))
+
+
 def block_passage(
     prepared: PreparedProblem, weights: Weights, fitted: RefinedLine
 ) -> Weights | None:
@@ -216,16 +276,31 @@ def _ends(prepared: PreparedProblem) -> Floats:
     return transform(inverse(problem.grid.X_MG), np.stack([problem.start, problem.goal]))
 
 
+def _capsule_outline(robot: Robot) -> Floats:
+    """Corners (k, 2) of the capsule about the robot's discs, counter-clockwise, m."""
+    ax, ay, bx, by, radius = robot.capsule
+    along = math.atan2(by - ay, bx - ax)
+    around = np.linspace(-0.5 * math.pi, 0.5 * math.pi, _ROUND)
+    return np.concatenate(
+        [
+            np.array(end) + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+            for end, angle in (((bx, by), along + around), ((ax, ay), along + math.pi + around))
+        ]
+    )
+
+
 def _space(
     prepared: PreparedProblem,
     weights: Weights,
     parameters: RefinementParameters,
+    outline: Floats | None = None,
     *,
     wider: float = 0.0,
 ) -> ConfigurationSpace:
-    """Configuration space of the footprint, or of one that is wider on every side by ``wider``."""
+    """Configuration space of an outline, None: of the footprint, wider on every side."""
     costmap, problem = prepared.costmap, prepared.problem
-    outline, res = offset_outline(problem.robot.outline, wider), problem.grid.resolution
+    outline = problem.robot.outline if outline is None else outline
+    outline, res = offset_outline(outline, wider), problem.grid.resolution
     larger = outline * (1.0 + _GROWN * problem.robot.max_curvature)
     # Clearance from live obstacles is exact up to the inflation distance, that from the map always.
     known = parameters.inflation.reach(costmap.radius)

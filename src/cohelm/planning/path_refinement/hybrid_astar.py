@@ -1,15 +1,16 @@
 """Hybrid A* over (x, y, heading) for the robot's footprint, where no smoothed line fits.
 
-The robot drives arcs and straight lines of 0.1 m, and turns on the spot if that is allowed. The
-cost field over the plane guides the search. From every few poses it tries a Dubins path (arc,
-straight line, arc) to the goal, so that it ends exactly there; a goal without a heading is reached
-by arc and line. Poses are in the grid's frame.
+The robot drives arcs and straight lines of 0.1 m, and, if that is allowed, turns on the spot and
+drives backwards. The cost field over the plane guides the search. From every few poses it tries a
+Dubins path (arc, straight line, arc) to the goal in each gear, so that it ends exactly there; a
+goal without a heading is reached by arc and line. Poses are in the grid's frame.
 """
 
 from __future__ import annotations
 
 import heapq
 import math
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -27,15 +28,20 @@ from cohelm.planning.path_refinement.configuration_space import (
 )
 from cohelm.planning.path_refinement.dubins import drive_arc, dubins_words
 from cohelm.planning.path_refinement.footprint import turn_overlaps
+from cohelm.planning.path_refinement.pose_legs import STEP, joined_legs, sampled_poses
 from cohelm.planning.path_refinement.pose_nodes import PoseNodes, add_node, empty_nodes, slot_of
 
-_STEP = 0.1  # m
 _GENTLE = 0.97  # share of the largest curvature that is used: chords bend more than their arcs
-_ARCS, _MOTIONS = 7, 9  # the motions of a step: seven arcs, then a turn on the spot to either side
+_ARCS, _TURNS, _MOTIONS = 7, 9, 16
+"""The motions of a step end there: seven arcs, a turn on the spot to either side, the same seven
+arcs backwards."""
 _PIVOT = math.pi / 16.0  # rad turned on the spot at a time
 _PIVOT_COST, _PIVOT_STOP = 0.15, 1.0  # m for each such turn, and for the stop before
+_BACKWARD = 2.0  # metres forward that a metre backwards is worth
+_CUSP = 1.0  # m for the stop at a change of gear
 _WIGGLE = 0.2  # extra cost of the sharpest arc, as a share of its length
-_EAGER = 1.2  # weight of the heuristic
+_EAGER, _EAGER_BOTH = 1.2, 2.0
+"""Weight of the heuristic, and in a search in both gears, in which a metre may cost two."""
 _POLISH = 100  # poses, besides as many again as it took, to improve the first path
 _SHOTS = 4  # poses between two attempts to reach the goal directly
 
@@ -48,10 +54,16 @@ class HybridPath:
     """m; a turn on the spot is one point."""
     pivots: Annotated[Integers, Shape("p")]
     """Indices of the points where the robot turns on the spot."""
+    cusps: Annotated[Integers, Shape("c")] = field(default_factory=lambda: np.empty(0, np.int64))
+    """Indices of the points where the robot changes its gear."""
+    backs_out: bool = False
+    """The first stretch is driven backwards."""
     start_heading: float
     """Heading at the start, rad."""
     end_heading: float
     """Heading at the end, rad."""
+    cost: float = math.nan
+    """Weighted length and the cost of stops, turns and driving backwards, m."""
 
 
 class SearchLimits(NamedTuple):
@@ -63,6 +75,13 @@ class SearchLimits(NamedTuple):
     """Turns on the spot are allowed."""
     budget: int = 1
     """Poses that may be expanded."""
+    reverse: bool = False
+    """Driving backwards is allowed."""
+    below: float = math.inf
+    """Cost that the path must not reach, m."""
+    from_end: bool = False
+    """The seeds are where the path ends and the goal is where it begins: a narrow end is easier to
+    leave than to find."""
 
 
 def search_poses(
@@ -77,15 +96,22 @@ def search_poses(
         limits: window, turns on the spot and budget.
     """
     corner, guide = _guide(space, seeds[0, :2], goal[:2], limits.reach)
-    legs, expansions = _search(space, guide, corner, seeds, goal, limits.pivots, limits.budget)
+    legs, cost, expansions = _search(space, guide, corner, seeds, goal, limits)
     if not len(legs):
         return None, expansions
-    poses, pivots = _sampled(legs)
+    poses, pivots, cusps = sampled_poses(legs)
+    driven = legs[(legs[:, 3] != np.inf) & (legs[:, 4] != 0.0), 4]
+    if limits.from_end:
+        poses, driven, last = poses[::-1], -driven[::-1], len(poses) - 1
+        pivots, cusps = last - pivots[::-1], last - cusps[::-1]
     path = HybridPath(
         points=poses[:, :2],
         pivots=pivots,
+        cusps=cusps,
+        backs_out=bool(len(driven) and driven[0] < 0.0),
         start_heading=float(poses[0, 2]),
         end_heading=float(poses[-1, 2]),
+        cost=cost,
     )
     return path, expansions
 
@@ -116,15 +142,17 @@ def _search(
     corner: Integers,
     seeds: Floats,
     goal: Floats,
-    pivots: bool,
-    budget: int,
-) -> tuple[Floats, int]:
-    """(legs (k, 5) from a seed to the goal, none if no path was found; expansions).
+    limits: SearchLimits,
+) -> tuple[Floats, float, int]:
+    """(legs (k, 5) from a seed to the goal, none if no path was found; cost; expansions).
 
-    A leg is its start pose, its curvature and its length; for a turn on the spot the curvature is
-    infinite and the length is the turn.
+    A leg is its start pose, its curvature and its length, negative backwards; for a turn on the
+    spot the curvature is infinite and the length is the turn.
     """
-    nodes = empty_nodes(_MOTIONS * budget + seeds.shape[0] + 1, 24 * budget)
+    budget, eager = limits.budget, _EAGER_BOTH if limits.reverse else _EAGER
+    nodes = empty_nodes(
+        _MOTIONS * budget + seeds.shape[0] + 1, 24 * budget, 2 if limits.reverse else 1
+    )
     heap = [(0.0, -1)]
     heap.pop()
     count = ZERO
@@ -135,10 +163,10 @@ def _search(
             space.grown, seeds[s, 0], seeds[s, 1], seeds[s, 2], 0.0
         ):
             continue
-        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, NONE, 0.0)
-        heapq.heappush(heap, (_EAGER * ahead, count))
+        add_node(nodes, count, slot_of(nodes, seeds[s]), seeds[s], 0.0, NONE, (0.0, 0.0))
+        heapq.heappush(heap, (eager * ahead, count))
         count += 1
-    best, best_node, best_word = np.inf, -1, np.zeros((3, 2))
+    best, best_node, best_word = limits.below, -1, np.zeros((3, 2))
     expansions, enough = 0, budget
     fresh = np.empty(3)
     while len(heap) > 0 and expansions < enough:
@@ -152,13 +180,15 @@ def _search(
         expansions += 1
         # Try to reach the goal directly; after the first success, only some more poses.
         if expansions % _SHOTS == 1 or _is_near(here, goal):
-            word, price = _shot(space, here, goal, best - so_far)
-            if so_far + price < best:
-                best, best_node, best_word = so_far + price, u, word
+            word, price = _best_shot(space, nodes, u, goal, limits, best)
+            if price < best:
+                best, best_node, best_word = price, u, word
                 enough = min(enough, 2 * expansions + _POLISH)
         # Queue the poses after each motion that are cheaper than before.
-        for k in range(_MOTIONS if pivots else _ARCS):
-            kappa, price = _move(space, here, k, nodes.bend[u], fresh)
+        for k in range(_MOTIONS if limits.reverse else _TURNS):
+            if _ARCS <= k < _TURNS and not limits.pivots:
+                continue
+            motion, price = _move(space, limits, nodes, u, k, fresh)
             there = so_far + price
             if not there < best:
                 continue
@@ -169,45 +199,57 @@ def _search(
             ahead = _ahead(space, guide, corner, fresh[0], fresh[1])
             if ahead == np.inf or not _is_free(space, here, k, fresh):
                 continue
-            add_node(nodes, count, slot, fresh, there, u, kappa)
-            heapq.heappush(heap, (there + _EAGER * ahead, count))
+            add_node(nodes, count, slot, fresh, there, u, motion)
+            heapq.heappush(heap, (there + eager * ahead, count))
             count += 1
     if best_node < 0:
-        return np.empty((0, 5)), expansions
-    return _joined(nodes, best_node, best_word), expansions
+        return np.empty((0, 5)), np.inf, expansions
+    return joined_legs(nodes, best_node, best_word), best, expansions
 
 
 @njit(**CACHED)
 def _move(
-    space: ConfigurationSpace, pose: Floats, k: int, bend: float, out: Floats
-) -> tuple[float, float]:
-    """Write the pose after motion k into ``out``; return (curvature, cost).
+    space: ConfigurationSpace, limits: SearchLimits, nodes: PoseNodes, u: int, k: int, out: Floats
+) -> tuple[tuple[float, float], float]:
+    """Write the pose after motion k from node u into ``out``; return ((curvature, length), cost).
 
-    ``bend`` is the curvature of the motion that led to ``pose``. A turn on the spot, of infinite
-    curvature, costs more after a motion that is none.
+    A turn on the spot, of infinite curvature, costs more after a motion that is none.
     """
-    if k < _ARCS:
-        sharpest = _GENTLE * space.curvature
-        kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[k]
-        drive_arc(pose, kappa, _STEP, out)
-        weight = weight_at(space, out[0], out[1])
-        return kappa, _STEP * weight * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
-    out[0], out[1], out[2] = pose[0], pose[1], pose[2] + _turn(k)
-    return np.inf, _PIVOT_COST + (0.0 if bend == np.inf else _PIVOT_STOP)
+    pose = nodes.pose[u]
+    if _ARCS <= k < _TURNS:
+        turn = _PIVOT if k == _ARCS else -_PIVOT
+        out[0], out[1], out[2] = pose[0], pose[1], pose[2] + turn
+        return (np.inf, turn), _PIVOT_COST + (0.0 if nodes.bend[u] == np.inf else _PIVOT_STOP)
+    gear, bend = (1.0, k) if k < _ARCS else (-1.0, k - _TURNS)
+    sharpest = _GENTLE * space.curvature
+    kappa = sharpest * (-1.0, -0.5, -0.2, 0.0, 0.2, 0.5, 1.0)[bend]
+    drive_arc(pose, kappa, gear * STEP, out)
+    cost = STEP * weight_at(space, out[0], out[1]) * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
+    cost *= _scale(limits, gear)
+    return (kappa, gear * STEP), cost + _gear_cost(nodes, u, gear)
 
 
 @njit(**CACHED)
-def _turn(k: int) -> float:
-    """Angle of the turn on the spot k, rad."""
-    return _PIVOT if k == _ARCS else -_PIVOT
+def _scale(limits: SearchLimits, gear: float) -> float:
+    """Metres forward that a metre in a gear of the search is worth."""
+    return _BACKWARD if (gear < 0.0) != limits.from_end else 1.0
+
+
+@njit(**CACHED)
+def _gear_cost(nodes: PoseNodes, u: int, gear: float) -> float:
+    """Cost of the stop if a motion in a gear after node u changes the gear, m.
+
+    A robot that turns on the spot stands already.
+    """
+    return _CUSP if nodes.bend[u] < np.inf and gear * nodes.length[u] < 0.0 else 0.0
 
 
 @njit(**CACHED)
 def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> bool:
     """Check that motion k from a pose overlaps nothing."""
-    if k < _ARCS:
-        return motion_is_free(space, pose, after)
-    return not turn_overlaps(space.grown, after[0], after[1], pose[2], _turn(k))
+    if _ARCS <= k < _TURNS:
+        return not turn_overlaps(space.grown, after[0], after[1], pose[2], after[2] - pose[2])
+    return motion_is_free(space, pose, after)
 
 
 @njit(**CACHED)
@@ -233,12 +275,40 @@ def _is_near(pose: Floats, goal: Floats) -> bool:
 
 
 @njit(**CACHED)
-def _shot(
-    space: ConfigurationSpace, pose: Floats, goal: Floats, most: float
+def _best_shot(
+    space: ConfigurationSpace,
+    nodes: PoseNodes,
+    u: int,
+    goal: Floats,
+    limits: SearchLimits,
+    most: float,
 ) -> tuple[Floats, float]:
-    """(cheapest free Dubins word (3, 2) to the goal, its cost below ``most``); ∞ if none."""
+    """(word (3, 2) from node u in the better gear, cost with it from a seed); ∞ from ``most``."""
+    found, price = np.zeros((3, 2)), np.inf
+    for gear in (1.0, -1.0):
+        if gear < 0.0 and not limits.reverse:
+            break
+        begun = nodes.cost[u] + _gear_cost(nodes, u, gear)
+        word, more = _shot(space, nodes.pose[u], goal, gear, _scale(limits, gear), most - begun)
+        if begun + more < most:
+            most = price = begun + more
+            found = word
+    return found, price
+
+
+@njit(**CACHED)
+def _shot(
+    space: ConfigurationSpace, pose: Floats, goal: Floats, gear: float, scale: float, most: float
+) -> tuple[Floats, float]:
+    """(cheapest free Dubins word (3, 2) to the goal, its cost below ``most``); ∞ if none.
+
+    Backwards, with a gear of −1, it is the word of the robot that is turned about, with negative
+    curvatures and lengths.
+    """
     sharpest = _GENTLE * space.curvature
-    tried = dubins_words(pose, goal, 1.0 / sharpest)
+    about = 0.0 if gear > 0.0 else math.pi
+    ahead = np.array([0.0, 0.0, about])
+    tried = dubins_words(pose + ahead, goal + ahead, 1.0 / sharpest)
     best, found = most, np.zeros((3, 2))
     price = np.inf
     here, there = np.empty(3), np.empty(3)
@@ -250,11 +320,11 @@ def _shot(
         total = 0.0
         copy_row(here, pose)
         for k in range(3):
-            kappa, part = tried[w, k, 0], tried[w, k, 1]
-            count = math.ceil(part / _STEP - 1e-6)
+            kappa, part = gear * tried[w, k, 0], tried[w, k, 1]
+            count = math.ceil(part / STEP - 1e-6)
             for _ in range(count):
-                drive_arc(here, kappa, part / count, there)
-                bend = 1.0 + _WIGGLE * (kappa / sharpest) ** 2
+                drive_arc(here, kappa, gear * part / count, there)
+                bend = scale * (1.0 + _WIGGLE * (kappa / sharpest) ** 2)
                 weight = weight_at(space, there[0], there[1])
                 total += part / count * bend * weight
                 if total < best and not motion_is_free(space, here, there):
@@ -267,62 +337,5 @@ def _shot(
         if total < best:
             best = price = total
             for k in range(3):
-                copy_row(found[k], tried[w, k])
+                found[k, 0], found[k, 1] = gear * tried[w, k, 0], gear * tried[w, k, 1]
     return found, price
-
-
-@njit(**CACHED)
-def _joined(nodes: PoseNodes, last: int, word: Floats) -> Floats:
-    """Legs (k, 5) from the seed to ``last`` and along the word; see _search."""
-    pose, parent, bend = nodes.pose, nodes.parent, nodes.bend
-    back = [last]
-    while parent[back[-1]] >= 0:
-        back.append(parent[back[-1]])
-    n = len(back) - 1
-    out = np.empty((n + 4, 5))
-    for i in range(n):
-        u, v = back[n - i], back[n - i - 1]
-        copy_row(out[i], pose[u])
-        out[i, 3] = bend[v]
-        out[i, 4] = pose[v, 2] - pose[u, 2] if bend[v] == np.inf else _STEP
-    copy_row(out[n], pose[last])
-    for k in range(3):
-        out[n + k, 3], out[n + k, 4] = word[k, 0], word[k, 1]
-        drive_arc(out[n + k, :3], word[k, 0], word[k, 1], out[n + k + 1, :3])
-    out[n + 3, 3] = out[n + 3, 4] = 0.0
-    return out
-
-
-@njit(**CACHED)
-def _sampled(legs: Floats) -> tuple[Floats, Integers]:
-    """(poses (m, 3) along legs, evenly spaced between turns on the spot; indices of the turns)."""
-    n = legs.shape[0]
-    poses = [legs[0, :3].copy()]
-    pivots = [0]
-    pivots.pop()
-    first = 0
-    while first < n:
-        if legs[first, 3] == np.inf:
-            if len(pivots) == 0 or pivots[-1] != len(poses) - 1:
-                pivots.append(len(poses) - 1)
-            first += 1
-            continue
-        stop, length = first, 0.0
-        while stop < n and legs[stop, 3] != np.inf:
-            length += legs[stop, 4]
-            stop += 1
-        count = math.ceil(length / _STEP - 1e-6)
-        leg, before = first, 0.0
-        for k in range(1, count + 1):
-            at = length * k / count
-            while leg < stop - 1 and before + legs[leg, 4] < at:
-                before += legs[leg, 4]
-                leg += 1
-            fresh = np.empty(3)
-            drive_arc(legs[leg, :3], legs[leg, 3], min(at - before, legs[leg, 4]), fresh)
-            poses.append(fresh)
-        first = stop
-    out = np.empty((len(poses), 3))
-    for i in range(len(poses)):
-        copy_row(out[i], poses[i])
-    return out, np.array(pivots, dtype=np.int64)

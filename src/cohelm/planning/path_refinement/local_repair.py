@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
@@ -74,6 +75,10 @@ class RefinedLine:
     """m."""
     pivots: Annotated[Integers, Shape("p")]
     """Indices of the points where the robot turns on the spot."""
+    cusps: Annotated[Integers, Shape("c")] = field(default_factory=lambda: np.empty(0, np.int64))
+    """Indices of the points where the robot changes its gear."""
+    backs_out: bool = False
+    """The first stretch is driven backwards."""
     stuck: Annotated[Floats, Shape("2")] | None = None
     """Point where the robot cannot follow, m; None if it can."""
 

@@ -31,10 +31,14 @@ class PoseNodes(NamedTuple):
     """Node before, −1: a seed, (nodes,)."""
     bend: Floats
     """Curvature of the motion from there, 1/m; ∞: a turn on the spot, (nodes,)."""
+    coarse: int
+    """Squares and sectors are larger by this factor."""
+    length: Floats
+    """Length of that motion, m, negative backwards; angle of a turn on the spot, rad, (nodes,)."""
 
 
 @njit(**CACHED)
-def empty_nodes(capacity: int, slots: int) -> PoseNodes:
+def empty_nodes(capacity: int, slots: int, coarse: int) -> PoseNodes:
     """Return no nodes, with space for ``capacity`` of them and for ``slots`` in the table."""
     size = 64
     while size < slots:
@@ -46,14 +50,17 @@ def empty_nodes(capacity: int, slots: int) -> PoseNodes:
         np.empty(capacity),
         np.empty(capacity, dtype=np.int64),
         np.empty(capacity),
+        coarse,
+        np.empty(capacity),
     )
 
 
 @njit(**CACHED)
 def slot_of(nodes: PoseNodes, pose: Floats) -> int:
     """Slot of the table for the pose's square and sector; writes its key there."""
-    x, y = math.floor(pose[0] / _CELL), math.floor(pose[1] / _CELL)
-    sector = round(pose[2] * _SECTORS / (2.0 * math.pi)) % _SECTORS
+    cell, sectors = nodes.coarse * _CELL, _SECTORS // nodes.coarse
+    x, y = math.floor(pose[0] / cell), math.floor(pose[1] / cell)
+    sector = round(pose[2] * sectors / (2.0 * math.pi)) % sectors
     key = ((y + (1 << 24)) << 32) + ((x + (1 << 20)) << 7) + sector
     mask = nodes.table.shape[0] - 1
     slot: int = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
@@ -65,11 +72,17 @@ def slot_of(nodes: PoseNodes, pose: Floats) -> int:
 
 @njit(**CACHED)
 def add_node(
-    nodes: PoseNodes, node: int, slot: int, pose: Floats, cost: float, parent: int, bend: float
+    nodes: PoseNodes,
+    node: int,
+    slot: int,
+    pose: Floats,
+    cost: float,
+    parent: int,
+    motion: tuple[float, float],
 ) -> None:
-    """Write a node, and put it into a slot of the table."""
+    """Write a node that a motion (curvature, length) leads to, and put it into the table."""
     copy_row(nodes.pose[node], pose)
     nodes.cost[node] = cost
     nodes.parent[node] = parent
-    nodes.bend[node] = bend
+    nodes.bend[node], nodes.length[node] = motion
     nodes.table[slot] = node

@@ -20,6 +20,7 @@ from cohelm.planning.grid_search.weights import BLOCKED, GridPath, Weights, path
 from cohelm.planning.path_refinement.footprint_refinement import (
     RefinementParameters,
     block_passage,
+    manoeuvre,
     refine,
     search_whole_map,
 )
@@ -66,6 +67,12 @@ class DrivableRoute:
         default_factory=lambda: np.empty(0, dtype=np.int64)
     )
     """Indices of the points where the robot turns on the spot."""
+    cusps: Annotated[Integers, Shape("c")] = field(
+        default_factory=lambda: np.empty(0, dtype=np.int64)
+    )
+    """Indices of the points where it changes its gear."""
+    backs_out: bool = False
+    """The first stretch is driven backwards."""
 
 
 def find_route(
@@ -77,9 +84,9 @@ def find_route(
     """Find the best path that the footprint can follow.
 
     If the footprint does not pass on the best path, that passage is blocked and another path is
-    searched, a few times for each place; then hybrid A* searches the whole map. The cost is that
-    under the weights of the prepared problem. The path leaves a zone that contains the start and
-    does not enter it again.
+    searched, a few times for each place; then the first path is driven in both gears, and at last
+    hybrid A* searches the whole map. The cost is that under the weights of the prepared problem.
+    The path leaves a zone that contains the start and does not enter it again.
 
     Args:
         prepared: the problem.
@@ -94,6 +101,7 @@ def find_route(
     search = search or cheapest_search(prepared, parameters)
     budget = PoseBudget(round(prepared.problem.effort * parameters.refinement.budget))
     stuck: list[Floats] = []
+    first: tuple[GridPath, RefinedLine] | None = None
     in_zone = _starts_in_zone(prepared)
     while True:
         found = search(weights)
@@ -104,14 +112,19 @@ def find_route(
             break
         fitted = refine(prepared, weights, found, parameters, budget)
         if fitted.stuck is None:
-            return _route(prepared, found.cells, fitted)
+            return _route(prepared, found.cells, manoeuvre(prepared, parameters, fitted))
         tried = sum(np.hypot(*(place - fitted.stuck)) < PLACE for place in stuck)
         stuck.append(fitted.stuck)
+        first = first or (found, fitted)
         around = block_passage(prepared, weights, fitted)
         if around is None or tried >= parameters.refinement.detours:
             break
         weights = around
-    if stuck:
+    if first is not None:
+        found, fitted = first
+        driven = manoeuvre(prepared, parameters, fitted)
+        if driven.stuck is None:
+            return _route(prepared, found.cells, driven)
         last = search_whole_map(prepared, parameters)
         if last is not None:
             return _route(prepared, _cells_of(prepared, last.points), last)
@@ -195,6 +208,8 @@ def to_path(
         score=score(route.points),
         previous_score=score(previous) if previous is not None else None,
         pivots=route.pivots,
+        cusps=route.cusps,
+        backs_out=route.backs_out,
     )
 
 
@@ -236,7 +251,14 @@ def _route(prepared: PreparedProblem, cells: Integers, fitted: RefinedLine) -> D
     cost = path_cost(prepared.weights.packed, np.array(cells)) * problem.grid.resolution
     if not np.isfinite(cost):  # a line between cells may lie in a blocked cell
         cost = prepared.weights.heaviest * float(arc_length(line)[-1])
-    return DrivableRoute(cost=cost, points=line, cells=cells, pivots=fitted.pivots)
+    return DrivableRoute(
+        cost=cost,
+        points=line,
+        cells=cells,
+        pivots=fitted.pivots,
+        cusps=fitted.cusps,
+        backs_out=fitted.backs_out,
+    )
 
 
 def _cells_of(prepared: PreparedProblem, points: Floats) -> Integers:

@@ -7,21 +7,28 @@ import math
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import arc_length, inverse, transform
+from cohelm.geometry import transform
 from cohelm.maps import DistanceField
-from cohelm.messages import Path
-from cohelm.robots import Robot
+from cohelm.robots.robot import Robot
 
 BEHIND = math.radians(75.0)
-"""Turn from the heading to the path above which the path begins behind the chair, rad."""
+"""Turn from the heading to a path above which the path begins behind the chair, rad."""
 TURNING_MARGIN = 0.02
 """Gap to walls while turning, m: that of the planner's verification."""
 _EITHER_WAY = math.radians(150.0)
 """Turn from which a local planner may turn the longer way; below, it turns the shorter one only."""
-_LOOKAHEAD = 0.5
-"""Distance ahead on the path at which its direction is taken, m."""
 _SPACING = 0.05
 """Maximum distance between two checked positions of a corner, m: a cell of usual maps."""
+
+
+def must_turn_elsewhere(
+    robot: Robot, pose: Floats, turn: float, walls: DistanceField, margin: float = TURNING_MARGIN
+) -> bool:
+    """Check for a path that begins behind a chair that cannot turn to it where it is.
+
+    ``turn`` is the angle from the heading to the path, rad; the rest is as in :func:`can_turn`.
+    """
+    return abs(turn) > BEHIND and not can_turn(robot, pose, turn, walls, margin=margin)
 
 
 def can_turn(
@@ -41,34 +48,6 @@ def can_turn(
     if abs(angle) >= _EITHER_WAY:
         angles.append(angle - math.copysign(2.0 * math.pi, angle))
     return any(_fits(robot, pose, each, walls, margin) for each in angles)
-
-
-def turn_to_path(pose: Floats, path: Path, progress: float, goal: Floats) -> float:
-    """Angle from the heading to a point ahead on the path, or to the goal if it is nearer, rad.
-
-    Args:
-        pose: X_MR, (3,).
-        path: to the goal.
-        progress: arc length of the chair's projection on it, m.
-        goal: (2,), m.
-    """
-    along = arc_length(path.points)
-    s = progress + _LOOKAHEAD
-    ahead = goal
-    if s < along[-1]:
-        ahead = np.array([np.interp(s, along, path.points[:, i]) for i in (0, 1)])
-    x, y = transform(inverse(pose), ahead)
-    return math.atan2(y, x)
-
-
-def must_turn_elsewhere(robot: Robot, pose: Floats, turn: float, walls: DistanceField) -> bool:
-    """Check for a path that begins behind a chair that cannot turn to it where it is.
-
-    Driving forward leads away from such a path; a planner does so, because its costs of a path that
-    is out of its reach are all alike.
-    """
-    behind = abs(turn) > BEHIND
-    return behind and not can_turn(robot, pose, turn, walls, margin=TURNING_MARGIN)
 
 
 def _fits(robot: Robot, pose: Floats, angle: float, walls: DistanceField, margin: float) -> bool:
