@@ -122,6 +122,8 @@ def perceive_frames(
                 before = earlier(frame.observation, k * REPEAT_STEP)
                 _, stream.memory = perceive(parts, before, walls, stream.memory)
         perceived, stream.memory = perceive(parts, frame.observation, walls, stream.memory)
+        if not frame.floor and perceived.sensing is Sensing.OK:
+            perceived = replace(perceived, sensing=Sensing.NO_FLOOR)
         yield PerceivedFrame(
             observation=frame.observation,
             labels=frame.labels,
