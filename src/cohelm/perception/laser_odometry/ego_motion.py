@@ -52,13 +52,11 @@ class EgoMotionParameters(Model):
     noise: float = Field(0.02, gt=0.0, le=0.5)
     """Standard deviation of one object seen twice, m."""
     min_points: int = Field(25, ge=3, le=1000)
-    """Points that a reading must show, and weight of static surroundings with less of which a
-    resting sensor stays at rest."""
+    """Points that a reading must show; with less evidence, a resting sensor stays at rest."""
     min_overlap: float = Field(0.5, gt=0.0, le=1.0)
     """Share of the weight of its points that must match the map."""
     overlap_after_gap: float = Field(0.65, gt=0.0, le=1.0)
-    """That share after a gap, when the motion is unknown, and among few objects, which may all be
-    people."""
+    """That share after a gap, or among few objects, which may all be people."""
     gap: float = Field(1.0, gt=0.0, le=60.0)
     """Time between two readings above which it is a gap, s."""
     patience: float = Field(1.0, ge=0.0, le=60.0)
