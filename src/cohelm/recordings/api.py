@@ -38,8 +38,6 @@ class Frame:
     """True where the recording has the robot's pose; otherwise it is (0, 0, 0)."""
     unplaced: str = ""
     """Name of the sensor where its place on the robot is unknown: its frames fit no other's."""
-    floor: bool = True
-    """False for a cloud of a sensor of unknown mount that has shown no floor."""
 
 
 class SensorRecording(Protocol):

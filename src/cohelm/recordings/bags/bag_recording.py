@@ -19,7 +19,6 @@ from cohelm.recordings.api import Frame, Labels, far_points_problem
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.bags.records import BagMessage
 from cohelm.recordings.bags.sensor_poses import POSE_TYPES, SensorPose, SensorPoses
-from cohelm.recordings.clouds.level import Leveller, is_unknown
 
 Reader = Callable[[list[RecordingError]], Iterable[BagMessage]]
 """Reads all messages; appends the damage."""
@@ -57,7 +56,6 @@ class BagRecording:
         self._read = read
         self._decoder = ros.Decoder(version)
         self._poses = SensorPoses()
-        self._levels: dict[str, Leveller] = {}
         damage: list[RecordingError] = []
         counts = self._survey(damage)
         self._topics = self._choose(counts, topic, damage)
@@ -144,13 +142,10 @@ class BagRecording:
             self._add_warning(f"{self._path}: {text}")
         scans: tuple[Scan, ...] = ()
         clouds: tuple[PointCloud, ...] = ()
-        floor = True
         if message.type == ros.SCAN:
             scans = (ros.scan(reading, time, place.mount),)
         else:
             cloud, far = ros.cloud(reading, time, place.mount)
-            if is_unknown(cloud.mount) and not place.known and not place.mounted:
-                cloud, floor = self._level(cloud, reading.header.frame_id)
             clouds = (cloud,)
             if far:
                 self._report(far_points_problem(far, len(cloud.points)), message)
@@ -167,16 +162,7 @@ class BagRecording:
             labels=None if labels is None else _labels(labels, time, place),
             posed=place.known,
             unplaced="" if place.known or place.mounted else reading.header.frame_id,
-            floor=floor,
         )
-
-    def _level(self, cloud: PointCloud, frame: str) -> tuple[PointCloud, bool]:
-        """Turn a cloud level, see ``Leveller``."""
-        level = self._levels.setdefault(frame, Leveller(frame))
-        cloud, floor = level(cloud)
-        if level.warning:
-            self._add_warning(f"{self._path}: {frame}: {level.warning}")
-        return cloud, floor
 
     def _decode(self, message: BagMessage) -> Any:
         """Decode a message; None, with a warning, where that fails."""

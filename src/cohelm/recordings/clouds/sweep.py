@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, replace, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, value
 from cohelm.errors import RecordingError
 from cohelm.geometry import compose, transform
 from cohelm.messages import Observation, PointCloud
@@ -18,7 +18,6 @@ from cohelm.recordings.api import (
     far_points_problem,
     without_far_points,
 )
-from cohelm.recordings.clouds.level import Leveller, is_unknown
 
 POINT_LIMIT = 20_000_000
 """Maximum number of points of a sweep."""
@@ -82,7 +81,6 @@ class SweepRecording:
         """
         first: RecordingError | None = None
         seen = False
-        level = Leveller()
         for number, file in enumerate(self._files):
             try:
                 sweep = self._read(file)
@@ -93,19 +91,9 @@ class SweepRecording:
             for fault in sweep.damage:
                 self._warn(str(fault))
             seen = True
-            yield self._leveled(_frame(sweep, number / self._rate), level)
+            yield _frame(sweep, number / self._rate)
         if first is not None and not seen:
             raise first
-
-    def _leveled(self, frame: Frame, level: Leveller) -> Frame:
-        (cloud,) = frame.observation.clouds
-        if not is_unknown(cloud.mount):
-            return frame
-        cloud, floor = level(cloud)
-        if level.warning:
-            self._warn(f"{self._path}: {level.warning}")
-        observation = replace(frame.observation, clouds=(cloud,))
-        return replace(frame, observation=observation, floor=floor)
 
     def _warn(self, text: str) -> None:
         if text not in self.warnings:

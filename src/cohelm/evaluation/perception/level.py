@@ -14,6 +14,7 @@ import numpy as np
 
 from cohelm.arrays import Booleans, Floats, Floats32, replace
 from cohelm.messages import PointCloud
+from cohelm.recordings import Frame
 
 OPTICAL = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """Rotation from the axes of a camera to x forward, y left, z up."""
@@ -22,6 +23,7 @@ NO_FLOOR = (
     "y down, z forward, a floor 0.15 to 3.5 m below the sensor, and at most 40° of tilt; rotate "
     "the cloud, or record the sensor's mount in tf"
 )
+AXES = "axes taken from the floor: {}"
 _HEIGHTS = 0.15, 3.5
 """Possible heights of a sensor above the floor, m."""
 _CELL, _REACH, _MOST = 0.1, 8.0, 4000
@@ -47,20 +49,37 @@ class Leveller:
     def __init__(self, frame: str = "") -> None:
         self._optical = frame.endswith("optical_frame")
         self._level: Level | None = None
-        self.warning = NO_FLOOR
-        """Assumption about the axes; empty where they are as expected."""
 
-    def __call__(self, cloud: PointCloud) -> tuple[PointCloud, bool]:
-        """Cloud with x forward, y left and z up; True once a floor was found."""
+    def __call__(self, cloud: PointCloud) -> tuple[PointCloud, str]:
+        """Cloud with x forward, y left and z up, and a warning where it was not certainly so."""
         points = cloud.points @ OPTICAL.T.astype(np.float32) if self._optical else cloud.points
         if self._level is None:
             self._level = find_level(points)
-            if self._level is not None:
-                name = self._level.name
-                self.warning = f"axes taken from the floor: {name}" if name else ""
-        if self._level is not None and self._level.name:
+        warning = NO_FLOOR
+        if self._level is not None:
             points = points @ self._level.rotation.T.astype(np.float32)
-        return replace(cloud, points=points), self._level is not None
+            warning = AXES.format(self._level.name) if self._level.name else ""
+        return replace(cloud, points=points), warning
+
+
+class Levellers:
+    """Turns the clouds of all sensors of unknown mount level."""
+
+    def __init__(self) -> None:
+        self._known: dict[str, Leveller] = {}
+
+    def __call__(self, frame: Frame) -> tuple[Frame, str]:
+        """Frame with level clouds, and a warning, see ``Leveller``."""
+        clouds, said = [], ""
+        for cloud in frame.observation.clouds:
+            if frame.posed or not is_unknown(cloud.mount):
+                clouds.append(cloud)
+                continue
+            level = self._known.setdefault(frame.unplaced, Leveller(frame.unplaced))
+            turned, said = level(cloud)
+            clouds.append(turned)
+        observation = replace(frame.observation, clouds=tuple(clouds))
+        return replace(frame, observation=observation), said
 
 
 def is_unknown(mount: Floats) -> bool:
@@ -120,7 +139,8 @@ def _cells(points: Floats32) -> Floats:
     away = np.linalg.norm(given, axis=1)
     given = given[(away > _HEIGHTS[0]) & (away < _REACH)]
     _, first = np.unique(np.floor(given / _CELL).astype(np.int64), axis=0, return_index=True)
-    return given[np.sort(first)][:: max(len(first) // _MOST, 1)]
+    cells: Floats = given[np.sort(first)][:: max(len(first) // _MOST, 1)]
+    return cells
 
 
 def _planes(cells: Floats) -> list[_Plane]:
