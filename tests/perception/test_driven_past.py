@@ -79,6 +79,31 @@ def test_nobody_is_told_among_furniture(beams, speed, mapped):
         assert sum(counts) == 0
 
 
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize(
+    ("driven", "walked"), [(0.1, 0.4), (0.1, -0.4), (0.1, 0.6), (0.2, 0.5), (0.2, 0.6), (0.2, -0.5)]
+)
+def test_who_walks_slowly_is_told_by_a_scanner_that_drives_without_a_map(driven, walked, side):
+    laser = Laser(grid=room(10.0, 8.0), beams=720, rng=np.random.default_rng(1))
+    parts = PerceptionParts(
+        detector=ScanClusters(),
+        cloud_detector=CloudClusters(),
+        tracker=KalmanTracker(),
+        group_detector=NoGroups(),
+    )
+    memory, found = None, []
+    for k in range(70):
+        t = k / 10
+        body = np.array([[walked * (t - 3.5), 1.5 * side, 0.18]])
+        scan, pose = laser.scan(t, [driven * t, 0.0, 0.0], body)
+        seen, memory = perceive(parts, observation(t, pose, scans=(scan,)), NO_MAP, memory)
+        apart = np.hypot(*(seen.people.mean[:, :2] - body[0, :2]).T)
+        found.append(apart.min(initial=9.0) < 0.3)
+        assert (apart < 0.3).all()
+    # 0.8 m of way, see walked_distance and parallax, and a second of pace.
+    assert all(found[10 + round(8.0 / abs(walked)) :])
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_who_stands_beside_the_way_is_told_while_the_chair_passes_and_keeps_the_id(seed):
     laser = Laser(grid=room(), beams=720, localisation=1.0, rng=np.random.default_rng(seed))

@@ -16,6 +16,7 @@ from cohelm.perception.laser_odometry.scan_features import (
 
 from .clouds import LIDAR, cloud_of, scenery
 from .driven import corridor, drive, errors, furnished, walkers
+from .rays import Laser, room
 
 DEGREE = np.radians(1.0)
 
@@ -68,6 +69,46 @@ def test_at_rest_is_at_rest_though_walkers_hide_most_of_a_short_view():
             scan = replace(scan, ranges=ranges, range_max=4.5)
             way = update_ego_motion(way, features_of_scan(scan), scan.time)
             assert (way.pose == 0.0).all()
+
+
+def strollers(count, seed):
+    """Bodies of so many people who stroll to and fro, at each time."""
+    rng = np.random.default_rng(seed)
+    middle, course = rng.uniform(-2.5, 2.5, (count, 2)), rng.uniform(0.0, 2.0 * np.pi, count)
+    along = np.column_stack([np.cos(course), np.sin(course)])
+
+    def at(time):
+        gone = 2.0 * np.sin(0.5 * time + course)[:, None]
+        return np.column_stack([middle + gone * along, np.full(count, 0.18)])
+
+    return at
+
+
+@pytest.mark.parametrize("reach", [2.5, 4.05, 4.2, 4.6])
+@pytest.mark.parametrize("count", [1, 2, 6])
+def test_people_alone_do_not_move_a_scanner_whose_walls_are_out_of_reach(reach, count):
+    laser = Laser(grid=room(10.0, 8.0), beams=720, rng=np.random.default_rng(3))
+    way, people, said = None, strollers(count, 2), set()
+    for k in range(100):
+        scan, _ = laser.scan(0.1 * k, (0, 0, 0), people(0.1 * k))
+        ranges = np.where(scan.ranges > reach, np.inf, scan.ranges)
+        scan = replace(scan, ranges=ranges, range_max=reach)
+        way = update_ego_motion(way, features_of_scan(scan), scan.time)
+        said.add(way.status)
+        assert (way.pose == 0.0).all()
+    assert way.segment == 0
+    assert said & {MatchStatus.PARTIAL, MatchStatus.HELD}  # nothing shows that it rests
+
+
+def test_pillars_alone_show_that_a_scanner_drives():
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.arange(-8.0, 9.0, 2.0), np.arange(-6.0, 7.0, 3.0))
+    places = np.column_stack([x.ravel(), y.ravel()]) + rng.uniform(-0.3, 0.3, (x.size, 2))
+    laser = Laser(grid=room(40.0, 40.0), beams=720, rng=rng)
+    pillars = np.column_stack([places, np.full(x.size, 0.2)])
+    off = errors(drive(laser, lambda t: (-4.0 + 0.5 * t, 0.9, 0.1 * t), 12.0, pillars))
+    assert off[:, 0].max() < 0.06  # the first 5 cm are driven before it is sure
+    assert off[-1, 0] < 0.03
 
 
 def test_who_stops_rests_where_it_stopped():

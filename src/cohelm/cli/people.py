@@ -187,6 +187,8 @@ def _print(
                 print_line(f"written: {file}")
     for warning in recording.warnings:
         streams.say(f"warning: {warning}")
+    for warning, count in tracks.warnings.items():
+        streams.say(f"warning: {request.recording}: {warning}; {count} of {tracks.frames} frames")
 
 
 def _warn(request: PeopleRequest, scores: LabelScores | None, filming: FilmRecorder | None) -> None:

@@ -16,6 +16,8 @@ class Sensing(StrEnum):
     """No reading since the last observation; tracks coast."""
     NO_RETURNS = "no_returns"
     """Readings without any usable return: an empty hall, or a blind sensor."""
+    NO_FLOOR = "no_floor"
+    """A recorded cloud of a sensor of unknown mount shows no floor: people are not recognised."""
     CLOCK_FROZEN = "clock_frozen"
     """No reading is newer than the newest of the same sensor before: time is not known."""
     CLOCK_BACKWARDS = "clock_backwards"

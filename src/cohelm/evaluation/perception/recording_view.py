@@ -15,6 +15,7 @@ from cohelm.arrays import Floats, value
 from cohelm.config import nearest, override
 from cohelm.errors import ConfigError
 from cohelm.evaluation.perception.ego_pose import EgoPathSummary, EgoPoses, PoseSource
+from cohelm.evaluation.perception.level import NO_FLOOR, Levellers
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, Sensing
 from cohelm.perception import (
@@ -56,6 +57,8 @@ class PerceivedFrame:
     """Origin of the robot's pose."""
     ego_motion: EgoMotion | None = None
     """Trajectory so far, where it is estimated."""
+    warning: str = ""
+    """Assumption about the axes of its cloud."""
 
 
 def parts_of(settings: Iterable[str] = (), keys: Iterable[str] = DETECTION_PARTS) -> dict[str, Any]:
@@ -109,7 +112,9 @@ def perceive_frames(
         at_rest: assume a robot without recorded poses at rest at (0, 0, 0).
     """
     own_way, streams = EgoPoses(at_rest=at_rest or still), dict[str, _Stream]()
-    for placed in map(own_way, frames):
+    levellers = Levellers()
+    for leveled, warning in map(levellers, frames):
+        placed = own_way(leveled)
         frame = placed.frame
         stream = streams.setdefault(frame.unplaced, _Stream(ids=Ids(_SENSOR_IDS * len(streams))))
         parts_of_way = own_way.parts(frame.unplaced)
@@ -122,12 +127,15 @@ def perceive_frames(
                 before = earlier(frame.observation, k * REPEAT_STEP)
                 _, stream.memory = perceive(parts, before, walls, stream.memory)
         perceived, stream.memory = perceive(parts, frame.observation, walls, stream.memory)
+        if warning == NO_FLOOR and perceived.sensing is Sensing.OK:
+            perceived = replace(perceived, sensing=Sensing.NO_FLOOR)
         yield PerceivedFrame(
             observation=frame.observation,
             labels=frame.labels,
             perceived=stream.ids(perceived),
             source=placed.source,
             ego_motion=placed.ego_motion,
+            warning=warning,
         )
 
 
@@ -215,6 +223,8 @@ class RecordingSummary:
         self.groups: set[int] = set()
         """Ids."""
         self.ego_path = EgoPathSummary()
+        self.warnings: dict[str, int] = {}
+        """Assumptions about the axes of clouds, and the number of frames with each."""
         self._trails: dict[int, list[tuple[float, float, float]]] = {}
 
     def add(self, seen: PerceivedFrame) -> None:
@@ -228,6 +238,8 @@ class RecordingSummary:
         self.max_people = max(self.max_people, len(people))
         self.sensing[seen.perceived.sensing] += 1
         self.ego_path.add(seen.source, seen.ego_motion)
+        if seen.warning:
+            self.warnings[seen.warning] = self.warnings.get(seen.warning, 0) + 1
         self.groups |= set(seen.perceived.groups.id.tolist())
         for who, (x, y) in zip(people.id.tolist(), people.mean[:, :2].tolist(), strict=True):
             self._trails.setdefault(who, []).append((time, x, y))

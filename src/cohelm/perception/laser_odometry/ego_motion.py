@@ -25,6 +25,7 @@ from cohelm.perception.laser_odometry.local_map import (
 )
 from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 from cohelm.perception.laser_odometry.scan_matching import (
+    CAP,
     ScanMatch,
     evaluate_pose,
     match_scan,
@@ -51,11 +52,11 @@ class EgoMotionParameters(Model):
     noise: float = Field(0.02, gt=0.0, le=0.5)
     """Standard deviation of one object seen twice, m."""
     min_points: int = Field(25, ge=3, le=1000)
-    """Points that a reading must show; with fewer, a resting sensor stays at rest."""
+    """Points that a reading must show; with less evidence, a resting sensor stays at rest."""
     min_overlap: float = Field(0.5, gt=0.0, le=1.0)
-    """Share of its points that must match the map."""
+    """Share of the weight of its points that must match the map."""
     overlap_after_gap: float = Field(0.65, gt=0.0, le=1.0)
-    """That share after a gap, when the motion is unknown."""
+    """That share after a gap, or among few objects, which may all be people."""
     gap: float = Field(1.0, gt=0.0, le=60.0)
     """Time between two readings above which it is a gap, s."""
     patience: float = Field(1.0, ge=0.0, le=60.0)
@@ -67,6 +68,8 @@ class EgoMotionParameters(Model):
     gain: float = Field(0.15, ge=0.0, le=5.0)
     """Least improvement of the mean squared misfit, in squared standard deviations, for a resting
     sensor to have moved."""
+    min_objects: int = Field(6, ge=0, le=100)
+    """Objects whose whole misfit such an improvement must exceed in sum: fewer may be people."""
     sure_gain: float = Field(0.6, ge=0.0, le=9.0)
     """Improvement for which a single reading is enough; otherwise two are needed."""
     changed: float = Field(0.8, gt=0.0, le=1.0)
@@ -165,10 +168,13 @@ def update_ego_motion(
         return replace(_restarted(last, features, time), segment=last.segment)
     if not gap > 0.0:
         return last
+    if not last.resting:
+        # Static surroundings have shown that it drives, so that every object counts in full.
+        features = replace(features, weights=None)
     found = _locate(last, features, gap, p)
     if found is not None:
         return _accept_match(last, features, time, found, p)
-    few = len(features) < p.min_points
+    few = features.evidence < p.min_points
     if last.resting and (few or time - last.matched_time <= p.patience):
         matched = time if few else last.matched_time
         return replace(last, time=time, status=MatchStatus.HELD, overlap=0.0, matched_time=matched)
@@ -217,18 +223,22 @@ def _locate(
         found = _locate_at_rest(last, features, p)
         if found is not None:
             return found
-    least = p.min_overlap if gap <= p.gap else p.overlap_after_gap
+    sure = gap <= p.gap and features.evidence >= p.min_points
+    least = p.min_overlap if sure else p.overlap_after_gap
     guess = _extrapolated(last, gap) if gap <= p.gap else last.pose
     known = last.surroundings.known
     fit = match_scan(known, features, guess, p.noise)
     if fit.overlap < least:
         guess = search_pose(known, features, guess, p.reach, p.turn)
         again = match_scan(known, features, guess, p.noise)
-        fit = again if again.overlap > fit.overlap else fit
+        # What the surroundings do not constrain would be a guess of the search.
+        fit = again if again.constrained == 2 and again.overlap > fit.overlap else fit
     if fit.overlap < least:
         return None
     here = evaluate_pose(known, features, last.pose, p.noise)
-    if last.resting and not _is_better(here, fit, p):  # much is occluded, the rest has not moved
+    if last.resting and not _is_better(
+        here, fit, features, p
+    ):  # much is occluded, the rest has not moved
         return _Located(replace(fit, pose=last.pose), resting=True)
     return _Located(fit, resting=False)
 
@@ -241,17 +251,22 @@ def _locate_at_rest(
     there = match_scan(last.reference, features, last.pose, p.noise)
     if here.overlap < p.min_overlap:
         return None
-    seems_moved = _is_better(here, there, p)
+    seems_moved = _is_better(here, there, features, p)
     if seems_moved and (last.suspect or here.misfit - there.misfit > p.sure_gain):
         return None
     fit = replace(here, pose=last.pose, constrained=there.constrained)
     return _Located(fit, resting=True, suspect=seems_moved)
 
 
-def _is_better(here: ScanMatch, there: ScanMatch, p: EgoMotionParameters) -> bool:
+def _is_better(
+    here: ScanMatch, there: ScanMatch, features: ScanFeatures, p: EgoMotionParameters
+) -> bool:
     """Check that a motion from here to there explains a reading clearly better."""
     distance, turned = _difference(there.pose, here.pose)
-    return (distance > p.min_shift or turned > p.min_turn) and here.misfit - there.misfit > p.gain
+    gain = here.misfit - there.misfit
+    # More than the people in view could, were they alone to move.
+    explained = gain * features.evidence > p.min_objects * CAP
+    return (distance > p.min_shift or turned > p.min_turn) and gain > p.gain and explained
 
 
 def _accept_match(

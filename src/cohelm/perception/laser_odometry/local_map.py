@@ -41,7 +41,7 @@ class Cells(NamedTuple):
     """A :class:`FeatureMap` for compiled code."""
 
     known: Floats
-    """(k, 4): points and normals."""
+    """(k, 5): rows of the features."""
     origin: Floats
     n_cols: int
     cell_start: Integers
@@ -78,7 +78,7 @@ def _has_neighbour(cells: Cells, rows: Floats, distance: float) -> Booleans:
     out = np.empty(rows.shape[0], dtype=np.bool_)
     place = np.empty(4)
     for i in range(rows.shape[0]):
-        place[:] = rows[i]
+        place[:] = rows[i, :4]
         out[i] = nearest(cells, place, distance) >= 0
     return out
 

@@ -1,6 +1,7 @@
 """Features of scans and clouds for matching: faces with normals, posts, edges and corners.
 
 A face constrains the pose across itself only; a post, an edge or a corner in both directions.
+An object no wider than a person may walk, so its features weigh together as much as one of a wall.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.geometry import transform
 from cohelm.kernels import CACHED
 from cohelm.messages import Observation, PointCloud, Scan
@@ -27,6 +28,8 @@ _POST_WIDTH = 0.3
 """A narrower object in front of everything beside it is a post, m."""
 _DEPTH_STEP = 0.1
 """Least distance in front of it, m."""
+_BODY = 0.9
+"""Largest breadth of an object that may be a person, m: arms spread, or a bag beside them."""
 _JUMP, _GRAZING = 0.08, 6.0
 """Largest gap in a face, m, plus a multiple of the gap between perpendicular beams (6: at 80°)."""
 _WINDOW, _LEAST = 0.12, 4
@@ -47,15 +50,24 @@ class ScanFeatures:
     """m."""
     normals: Annotated[Floats, Shape("k 2")]
     """Unit normals of faces towards the sensor; 0 for point features."""
+    weights: Annotated[Floats, Shape("k")] | None = None
+    """Weights as evidence of static surroundings, 0…1; None: all 1."""
 
     @property
     def rows(self) -> Floats:
-        """Points and normals, (k, 4)."""
-        return np.hstack([self.points, self.normals])
+        """Points, normals and weights, (k, 5)."""
+        weights = np.ones(len(self)) if self.weights is None else self.weights
+        return np.column_stack([self.points, self.normals, weights])
+
+    @property
+    def evidence(self) -> float:
+        """Sum of the weights."""
+        return float(len(self) if self.weights is None else self.weights.sum())
 
     def transformed(self, X: Floats) -> ScanFeatures:
         """Transform to the frame in which the present one has pose X (3,)."""
-        return ScanFeatures(
+        return replace(
+            self,
             points=transform(X, self.points),
             normals=transform(np.array([0.0, 0.0, X[2]]), self.normals),
         )
@@ -69,27 +81,25 @@ def extract_features(observation: Observation) -> ScanFeatures:
     """Extract the features of all scans and clouds of an observation."""
     parts = [features_of_scan(scan) for scan in observation.scans]
     parts += [features_of_cloud(cloud) for cloud in observation.clouds]
-    none = np.empty((0, 2))
-    return ScanFeatures(
-        points=np.concatenate([none, *(each.points for each in parts)]),
-        normals=np.concatenate([none, *(each.normals for each in parts)]),
-    )
+    return _of_rows(np.concatenate([np.empty((0, 5)), *(each.rows for each in parts)]))
+
+
+def _of_rows(rows: Floats) -> ScanFeatures:
+    """Features from ``ScanFeatures.rows``."""
+    return ScanFeatures(points=rows[:, :2], normals=rows[:, 2:4], weights=rows[:, 4])
 
 
 def features_of_scan(scan: Scan) -> ScanFeatures:
     """Extract the features of a planar scan."""
     seen = scan_returns(scan, np.zeros(3))
-    points, normals = extract_faces(seen.points, seen.origin, seen.increment)
-    return ScanFeatures(points=points, normals=normals)
+    return _of_rows(extract_faces(seen.points, seen.origin, seen.increment))
 
 
 def features_of_cloud(cloud: PointCloud) -> ScanFeatures:
     """Extract the features of a cloud from its nearest upright objects between knee and head."""
     seen = merge_clouds((cloud,), np.zeros((1, 3)), _REACH)
-    points, normals = extract_faces(
-        nearest_upright_cells(seen.points), np.zeros(2), 2.0 * math.pi / _AZIMUTHS
-    )
-    return ScanFeatures(points=points, normals=normals).transformed(seen.X_MS)
+    cells, step = nearest_upright_cells(seen.points), 2.0 * math.pi / _AZIMUTHS
+    return _of_rows(extract_faces(cells, np.zeros(2), step)).transformed(seen.X_MS)
 
 
 @njit(**CACHED)
@@ -126,8 +136,8 @@ def nearest_upright_cells(points: Floats) -> Floats:
 
 
 @njit(**CACHED)
-def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Floats, Floats]:
-    """Extract points (k, 2) and normals (k, 2) from the runs between jumps of depth.
+def extract_faces(points: Floats, origin: Floats, increment: float) -> Floats:
+    """Extract rows (k, 5) of points, normals and weights from the runs between jumps of depth.
 
     Args:
         points: (p, 2), counter-clockwise about the sensor, m.
@@ -138,9 +148,9 @@ def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Flo
     away = np.empty(p)
     for i in range(p):
         away[i] = math.hypot(points[i, 0] - origin[0], points[i, 1] - origin[1])
-    out = np.zeros((2 * p, 4))
+    out = np.zeros((2 * p, 5))
     spacing = _GRAZING * increment * away
-    k, begin, breadth = 0, 0, 0.0
+    k, first, begin, breadth = 0, 0, 0, 0.0
     for i in range(p):
         # The largest distance, since the walls of a room end where they begin.
         breadth = max(breadth, _distance(points, begin, i))
@@ -165,8 +175,9 @@ def extract_faces(points: Floats, origin: Floats, increment: float) -> tuple[Flo
                 out[k, 0] = points[begin:end, 0].mean()
                 out[k, 1] = points[begin:end, 1].mean()
                 k += 1
-        begin, breadth = end, 0.0
-    return out[:k, :2], out[:k, 2:]
+        out[first:k, 4] = 1.0 if breadth > _BODY else 1.0 / max(k - first, 1)
+        first, begin, breadth = k, end, 0.0
+    return out[:k]
 
 
 @njit(**CACHED)

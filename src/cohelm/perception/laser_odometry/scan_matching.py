@@ -27,7 +27,9 @@ _PASSES = ((0.5, 0.2, 6), (0.25, 0.08, 8), (0.15, 0.04, 12))
 _MIN_STEP = 1e-5
 """Shorter steps end a pass, m and rad."""
 _MIN_SUPPORT = (4.0, 0.012)
-"""Number, and share, of the points that must constrain a direction."""
+"""Sum, and share, of the weights of the points that must constrain a direction."""
+_LEVER_SQ = 4.0
+"""Mean squared lever arm of so many points that constrain the heading, m²."""
 
 
 @value
@@ -37,11 +39,12 @@ class ScanMatch:
     pose: Annotated[Floats, Shape("3")]
     """Pose of the reading in the frame of the map."""
     overlap: float
-    """Share of its points that lie on known features, 0…1."""
+    """Share of the weight of its points that lie on known features, 0…1."""
     misfit: float
-    """Mean of the points' squared distances in standard deviations, at most ``CAP`` each."""
+    """Weighted mean of the squared distances in standard deviations, at most ``CAP`` each."""
     constrained: int
-    """Number of directions that the surroundings constrain: 2, along a smooth corridor 1."""
+    """Number of directions that the surroundings constrain: 2, along a smooth corridor 1, and one
+    less if they do not constrain the heading."""
 
 
 def match_scan(known: FeatureMap, features: ScanFeatures, guess: Floats, noise: float) -> ScanMatch:
@@ -65,11 +68,11 @@ def evaluate_pose(
     """Evaluate the fit of features at a given pose; arguments as for :func:`match_scan`."""
     if not len(features) or not len(known.features):
         return ScanMatch(pose=pose, overlap=0.0, misfit=CAP, constrained=0)
-    squared = _misfits(known.cells, features.rows, pose, noise)
+    squared, weights = _misfits(known.cells, features.rows, pose, noise), features.rows[:, 4]
     return ScanMatch(
         pose=np.array([pose[0], pose[1], float(wrap_angle(pose[2]))]),
-        overlap=float(np.mean(squared < CAP)),
-        misfit=float(squared.mean()),
+        overlap=float(np.average(squared < CAP, weights=weights)),
+        misfit=float(np.average(squared, weights=weights)),
         constrained=constrained,
     )
 
@@ -101,9 +104,8 @@ def search_pose(
 def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
     """(pose (3,), constrained directions) by reweighted least squares, Geman-McClure weights."""
     known, pose = cells.known, guess.copy()
-    k = seen.shape[0]
-    place = np.empty(4)
-    constrained = 0
+    k, place, constrained = seen.shape[0], np.empty(4), 0
+    support = max(_MIN_SUPPORT[0], _MIN_SUPPORT[1] * seen[:, 4].sum())
     for radius, scale, most in _PASSES:
         for _ in range(most):
             c, s = math.cos(pose[2]), math.sin(pose[2])
@@ -121,17 +123,14 @@ def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
                 nx, ny = known[j, 2], known[j, 3]
                 is_point = nx == 0.0 and ny == 0.0
                 error = dx * dx + dy * dy if is_point else (nx * dx + ny * dy) ** 2
-                weight = 1.0 / (1.0 + error / (scale * scale)) ** 2
+                weight = seen[i, 4] / (1.0 + error / (scale * scale)) ** 2
                 for axis in range(2 if is_point else 1):
                     if is_point:
                         nx, ny = 1.0 - axis, 1.0 * axis
                     across = -nx * ry + ny * rx
                     e = nx * dx + ny * dy
                     add_row(H, g, nx, ny, across, e, weight)
-            support = max(_MIN_SUPPORT[0], _MIN_SUPPORT[1] * k)
             constrained = _hold_unconstrained(H, g, pose, guess, support)
-            if H[2, 2] < 1e-3:
-                return pose, 0
             step = newton_step(H + 1e-6 * np.eye(3), g)
             pose += step
             if np.abs(step).max() < _MIN_STEP:
@@ -145,7 +144,7 @@ def _hold_unconstrained(H: Floats, g: Floats, pose: Floats, guess: Floats, suppo
     half = math.hypot(0.5 * (H[0, 0] - H[1, 1]), H[0, 1])
     middle = 0.5 * (H[0, 0] + H[1, 1])
     along = 0.5 * math.atan2(2.0 * H[0, 1], H[0, 0] - H[1, 1])
-    constrained = 2
+    constrained, stiff = 2, 1e4
     for large in range(2):
         eigenvalue = middle + half if large else middle - half
         if eigenvalue >= support:
@@ -153,13 +152,19 @@ def _hold_unconstrained(H: Floats, g: Floats, pose: Floats, guess: Floats, suppo
         constrained -= 1
         angle = along if large else along + 0.5 * math.pi
         vx, vy = math.cos(angle), math.sin(angle)
-        stiff = 1e4
         off = vx * (pose[0] - guess[0]) + vy * (pose[1] - guess[1])
         H[0, 0] += stiff * vx * vx
         H[0, 1] += stiff * vx * vy
         H[1, 1] += stiff * vy * vy
         g[0] += stiff * vx * off
         g[1] += stiff * vy * off
+    # What is left for the heading after the position has been fitted.
+    a, b, c, d, e = H[0, 0], H[0, 1], H[1, 1], H[0, 2], H[1, 2]
+    explained = (c * d * d - 2.0 * b * d * e + a * e * e) / (a * c - b * b)
+    if H[2, 2] - explained < support * _LEVER_SQ:
+        H[2, 2] += stiff
+        g[2] += stiff * (pose[2] - guess[2])
+        constrained = max(constrained - 1, 0)
     return constrained
 
 

@@ -73,6 +73,7 @@ def update_evidence(
         track, j = tracks[t], matches.detection[t]
         if j < 0:
             continue
+        _update_pace(track, scan.time, p)
         walks = _update_motion(track, found.arrival_log_odds[j], found.shape_weight[j], scan, p)
         if not matches.merged[t]:
             weight = found.shape_weight[j]
@@ -106,7 +107,8 @@ def _update_motion(
         p: the parameters.
     """
     moved_x, moved_y = scan.origin[0] - track.viewpoint[0], scan.origin[1] - track.viewpoint[1]
-    driven = min(math.hypot(moved_x, moved_y) / p.parallax_driven, 1.0)
+    moved, age = math.hypot(moved_x, moved_y), scan.time - track.birth_time
+    driven = min(moved / p.parallax_driven, 1.0)
     away_x = track.mean[0] - track.birthplace[0]
     away_y = track.mean[1] - track.birthplace[1]
     legs = track.shape_log_odds >= p.leg_shape
@@ -117,16 +119,40 @@ def _update_motion(
     # What comes into the view of a driving scanner without a map must look like a person.
     least_shape = p.walking_shape if scan.same_view else p.walking_shape_driven
     known = track.shape_log_odds > least_shape and (
-        scan.time - track.birth_time >= (p.walking_age_legs if legs else p.walking_age)
+        age >= (p.walking_age_legs if legs else p.walking_age)
     )
     changed = arrival >= p.static_moved and (arrival > 0.0 or known or not scan.has_changes)
-    walks = far and changed and _is_faster(track, p.walking_speed, 1.0 if legs else 2.0)
+    fast = _is_faster(track, p.walking_speed, 1.0 if legs else 2.0) or (
+        # What a driving scanner sees of furniture moves along it, too: at up to twice its speed.
+        _keeps_pace(track, max(p.walking_speed, 2.0 * moved / max(age, p.pace_time)), p)
+    )
+    walks = far and changed and fast
     loss = p.motion_loss if track.has_walked else p.arrival_loss
     motion = track.motion_log_odds + (p.motion_gain * credit if walks else -loss)
     motion = max(motion, arrival * credit)
     # Not max(): a lower bound without a sign, −0 becomes 0.
     track.motion_log_odds = min(motion, _MAX_MOTION) if motion > 0.0 else 0.0
     return bool(walks)
+
+
+@njit(**CACHED)
+def _update_pace(track: Any, time: float, p: TrackerParameters) -> None:
+    """Update the running mean of the velocity, in place; call it before ``last_seen``."""
+    rate = min((time - track.last_seen) / p.pace_time, 1.0)
+    for axis in range(2):
+        track.pace[axis] += rate * (track.mean[axis + 2] - track.pace[axis])
+
+
+@njit(**CACHED)
+def _keeps_pace(track: Any, speed: float, p: TrackerParameters) -> bool:
+    """Check for a mean speed above ``speed``, m/s, and above twice its standard deviation.
+
+    A displacement over ``pace_time`` has the uncertainty of two positions, not that of the present
+    velocity, which counts what a walker may do next.
+    """
+    squared = track.pace[0] ** 2 + track.pace[1] ** 2
+    variance = (track.covariance[0, 0] + track.covariance[1, 1]) / p.pace_time**2
+    return bool(squared > speed * speed and squared > 4.0 * variance)
 
 
 @njit(**CACHED)

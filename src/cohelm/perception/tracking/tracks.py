@@ -111,6 +111,8 @@ class TrackerParameters(Model):
     """Age from which such a track may walk, s: its place has no past before."""
     walking_speed: float = Field(0.3, ge=0.0, le=3.0)
     """Least speed of walking, m/s."""
+    pace_time: float = Field(1.0, gt=0.0, le=10.0)
+    """Time over which the velocity is averaged for slow walkers, s: a stride or two."""
     leg_shape: float = Field(1.0, ge=-5.0, le=5.0)
     """Mean log-odds of a shape from which ``walked_distance_legs`` and one standard deviation of
     the speed suffice: furniture that seems to move seldom looks like a person all the time."""
@@ -138,6 +140,8 @@ TRACK = np.dtype(
         # (x, y, v_x, v_y), m and m/s.
         ("mean", np.float64, 4),
         ("covariance", np.float64, (4, 4)),
+        # Running mean of the velocity over ``pace_time``, m/s.
+        ("pace", np.float64, 2),
         # rad; NaN until the track has walked.
         ("heading", np.float64),
         # m.
