@@ -183,6 +183,21 @@ def test_a_leg_backwards_is_driven_until_it_ends():
     assert not update_reversing(context(allowed=False), None, patience=8.0).active
 
 
+def test_a_chair_that_stands_on_a_leg_plans_anew_from_there_and_at_last_leaves_it_to_the_recovery():
+    state, given_up, paused = None, [], False
+    for k in range(400):
+        now = context(time=0.05 * k, stands=True, clearance=0.4)
+        state = update_reversing(now, state, patience=8.0)
+        given_up += [state.ended_at] if state.ended_at == now.time else []
+        paused = paused or state.paused_until > now.time
+    # 1.5 s each, and a tick to begin again
+    assert given_up == pytest.approx([1.55, 3.15, 4.75, 6.35], abs=0.11)
+    assert paused
+    drives = context(time=30.0, stands=False, clearance=0.4)
+    begun = update_reversing(drives, None, patience=8.0)
+    assert update_reversing(drives, begun, patience=8.0).active
+
+
 def test_a_jam_is_left_backwards_to_a_place_where_the_chair_can_turn_about():
     jam = context(**JAM)
     state = update_reversing(jam, None, patience=8.0)
@@ -261,8 +276,8 @@ def test_legs_share_their_ends_and_alternate_in_gear():
 def test_the_gear_changes_where_the_chair_stands_at_the_end_of_a_leg():
     path, still, drives = in_three_moves(), np.zeros(3), np.array([0.2, 0.0, 0.0])
     assert next_leg(path, 0, 0.8, still) == 0
-    assert next_leg(path, 0, 0.97, drives) == 0
-    assert next_leg(path, 0, 0.97, still) == 1
+    assert next_leg(path, 0, 0.95, drives) == 0
+    assert next_leg(path, 0, 0.95, still) == 1
     assert next_leg(path, 2, path.length, still) == 2
 
 

@@ -51,6 +51,10 @@ BENCHES = {
         "cohelm.benchmarks.lost",
         "Localisation health on real floors: chairs carried elsewhere, and false alarms.",
     ),
+    "manoeuvres": (
+        "cohelm.benchmarks.rides.manoeuvres",
+        "Lifts, niches, toilets, dead ends and side doors: in, and out again.",
+    ),
     "paper-dynamic": (
         "cohelm.benchmarks.paper.dynamic",
         "All local planners in the paper's dynamic scenes (Xu et al., Table 3).",
@@ -119,6 +123,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "destinations": ("floors", "goals", "destination_settings"),
     "doorways": ("riders", "modes", "settings"),
     "faults": ("faults", "scenes", "ride_modes", "unwatched", "settings"),
+    "manoeuvres": ("robots", "places", "settings"),
     "paper-dynamic": ("planners", "settings"),
     "paper-global": ("global_planners", "settings"),
     "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),

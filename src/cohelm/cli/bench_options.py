@@ -186,6 +186,8 @@ OWN: Mapping[str, Option] = {
             "utexas_gdc_3ne where there is COHELM_DATA."
         )
     ),
+    "robots": Option(_names("Robots by name or file; default: quantum_q6_edge and rear_drive.")),
+    "places": Option(_names("lift, dead end, niche, toilet, side door; default: all.")),
     "goals": Option(_names("uniform, habits, elsewhere (a point without a name); default: all.")),
     "destination_settings": Option(
         _settings("Parameter of the inference: inference.beta=2 or offers.show=0.1"),

@@ -27,6 +27,8 @@ from cohelm.robots.turning_room import must_turn_elsewhere
 from cohelm.sharing import shared_reference
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
+_AT_END = 0.3
+"""Remaining length of a leg at its end, m."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,12 +121,16 @@ def _speed_limit(
 
 
 def _cannot_turn(step: StepInput, world: WorldModel, route: RouteState) -> bool:
-    """Check for a leg that begins behind a chair that cannot turn to it where it is."""
+    """Check for a leg that begins behind a chair that cannot turn to it where it is.
+
+    At the end of a leg, where the chair changes its gear, nothing is behind it.
+    """
     leg = leg_of(route.path, route.leg)
-    if leg.backward:
+    at = route.progress - leg.begin
+    if leg.backward or not (leg.is_last or leg.path.length - at > _AT_END):
         return False
     pose = step.observation.pose
-    turn = turn_to_path(pose, leg.path, route.progress - leg.begin, leg.path.points[-1])
+    turn = turn_to_path(pose, leg.path, at, leg.path.points[-1])
     return must_turn_elsewhere(step.setup.robot, pose, turn, world.walls)
 
 

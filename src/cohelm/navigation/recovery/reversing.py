@@ -21,7 +21,10 @@ _MIN_CLEARANCE = 0.1
 MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
-"""Jams backed out of on the way to one goal; a chair in more is not helped by another attempt."""
+"""Jams backed out of, or legs given up, on the way to one goal; more do not help."""
+_STUCK = 1.5
+"""Standstill on a leg with free space behind, s: the local planner finds no motion, and a path from
+here may be better."""
 _PAUSE = 5.0
 """Time without reversing after a way back that was blocked, s."""
 _ROUNDING = 1e-9  # s; times are sums of float steps
@@ -54,6 +57,7 @@ class ReversingContext:
     """Length of the way back, m."""
     clearance: float = math.inf
     """Distance that the chair may back up now, as far as observed, m."""
+    stands: bool = False
     allowed: bool = True
     """Neither the rider nor the robot forbids it."""
 
@@ -67,12 +71,14 @@ class ReversingState:
     cause: ReversingCause | None = None
     """None while the chair does not reverse."""
     attempts: int = 0
+    stood_since: float = math.inf
+    """Start of the standstill with free space behind, s."""
     blocked_since: float = math.inf
     """Time since which the way back is blocked, s."""
     paused_until: float = -math.inf
     """s."""
     ended_at: float = -math.inf
-    """Time at which the chair has left a jam; a path planned before begins elsewhere, s."""
+    """Time at which the chair has left a jam or got stuck; a new path begins there, s."""
 
     @property
     def active(self) -> bool:
@@ -100,7 +106,7 @@ def update_reversing(
         ended_at = now.time if jammed else memory.ended_at
         return replace(memory, cause=None, blocked_since=math.inf, ended_at=ended_at)
     if now.clearance > 0.0:
-        return replace(memory, blocked_since=math.inf)
+        return _going(now, memory)
     since = min(memory.blocked_since, now.time)
     if now.time - since < patience - _ROUNDING:
         return replace(memory, blocked_since=since)
@@ -114,6 +120,18 @@ def _begun(now: ReversingContext, memory: ReversingState) -> ReversingState:
     if memory.attempts == _MAX_ATTEMPTS or now.clearance < _MIN_CLEARANCE:
         return memory
     return replace(memory, cause=ReversingCause.JAM, attempts=memory.attempts + 1)
+
+
+def _going(now: ReversingContext, memory: ReversingState) -> ReversingState:
+    """Go on where the space behind is free; give up a leg on which the chair stands."""
+    since = min(memory.stood_since, now.time) if now.stands else math.inf
+    memory = replace(memory, blocked_since=math.inf, stood_since=since)
+    if memory.cause is not ReversingCause.LEG or now.time - since < _STUCK - _ROUNDING:
+        return memory
+    given_up = replace(memory, cause=None, stood_since=math.inf)
+    if memory.attempts == _MAX_ATTEMPTS:
+        return replace(given_up, paused_until=now.time + _PAUSE)
+    return replace(given_up, attempts=memory.attempts + 1, ended_at=now.time)
 
 
 def is_caused(now: ReversingContext) -> bool:

@@ -32,6 +32,7 @@ from cohelm.navigation.recovery.reversing import (
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
 from cohelm.navigation.replanning.remaining_path import leg_of
 from cohelm.navigation.replanning.replanner import RouteState
+from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
 from cohelm.robots.turning_room import TURNING_MARGIN, can_turn
@@ -106,6 +107,7 @@ def _context(
         time=step.observation.time,
         goal=step.request.goal,
         backward=leg.backward,
+        stands=is_standing_still(step.observation.twist),
         jammed=(
             stage is RecoveryStage.ASK
             and not step.observation.twist[0] > _DRIVES

@@ -16,7 +16,7 @@ from cohelm.messages import Path, Wish
 _LOOKAHEAD = 0.5
 """Distance ahead on the path at which its direction is taken, m."""
 
-_AT_CUSP, _SLOW = 0.06, 0.05
+_AT_CUSP, _SLOW = 0.1, 0.05
 """Remaining length, m, and speed, m/s, below which a chair at the end of a leg changes its gear."""
 
 
