@@ -74,7 +74,7 @@ class Reason(StrEnum):
     GOAL_OCCUPIED = "goal_occupied", "A person is at the destination. Waiting."
     REPLANNING = "replanning", "No progress. Looking for another route."
     BACKING_UP = "backing_up", "Not enough space ahead. Backing up a little."
-    REVERSING = "reversing", "No room to turn here. Backing up."
+    REVERSING = "reversing", "No room to turn here. Backing out."
     CREEPING = "creeping", "Narrow passage. Driving very slowly."
     ASK_RIDER = (
         "ask_rider",

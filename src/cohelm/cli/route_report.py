@@ -85,6 +85,8 @@ def _figures(
         "turns": features.turns,
         "doors": features.doors,
         "pivots": path.points[path.pivots].tolist(),
+        "cusps": path.points[path.cusps].tolist(),
+        "backs_out": path.backs_out,
         "overlap": each.overlap,
     }
 
@@ -119,6 +121,8 @@ def facts_table(report: dict[str, Any]) -> Table:
     table.add_row("minimum clearance", f"{report['minimum_clearance']:.2f}", "m")
     if report["crowding"] > 0.0:
         table.add_row("people on the route", f"{report['crowding']:.3f}", "1/m²")
+    if report["cusps"]:
+        table.add_row("changes of gear", str(len(report["cusps"])), "")
     if report["pivots"]:
         table.add_row("turns on the spot", str(len(report["pivots"])), "")
     table.add_row("points", str(len(report["points"])), "")

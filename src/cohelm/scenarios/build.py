@@ -113,7 +113,8 @@ def build_scenario(scenario: Scenario, seed: int) -> RideSetup:
     planner = navigator.global_planner
     route = planner.plan(problem)
     if math.isnan(start[2]):
-        start = np.array([*start[:2], _heading(route.points)])
+        backwards = math.pi if route.backs_out else 0.0
+        start = np.array([*start[:2], _heading(route.points) + backwards])
     world = true_world(scenario, floor.grid, floor.heights, floor.doors)
     routes = _Routes(
         start, route, *_rider_routes(scenario, problem, planner, floor.places, world, route)

@@ -59,7 +59,7 @@ export const chair = {
   "reason.goal_occupied": "Am Ziel steht eine Person. Wartet.",
   "reason.replanning": "Es geht nicht weiter. Ein anderer Weg wird gesucht.",
   "reason.backing_up": "Vorn ist nicht genug Platz. Fährt ein Stück zurück.",
-  "reason.reversing": "Kein Platz zum Wenden. Fährt rückwärts.",
+  "reason.reversing": "Kein Platz zum Wenden. Fährt rückwärts hinaus.",
   "reason.creeping": "Engstelle. Fährt sehr langsam.",
   "reason.ask_rider": "Kein Durchkommen. Bitte lenken Sie, oder wählen Sie ein anderes Ziel.",
   "reason.no_driver": "Angehalten. Tippen Sie auf „Mit diesem Bildschirm fahren“.",

@@ -59,7 +59,7 @@ export const chair = {
   "reason.goal_occupied": "A person is at the destination. Waiting.",
   "reason.replanning": "No progress. Looking for another route.",
   "reason.backing_up": "Not enough space ahead. Backing up a little.",
-  "reason.reversing": "No room to turn here. Backing up.",
+  "reason.reversing": "No room to turn here. Backing out.",
   "reason.creeping": "Narrow passage. Driving very slowly.",
   "reason.ask_rider": "No way through. Please steer, or choose another destination.",
   "reason.no_driver": "Stopped. Tap \"Drive from this screen\".",

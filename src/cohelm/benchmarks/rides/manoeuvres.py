@@ -57,7 +57,7 @@ _TURNING = 2.0
 """Width of a hall before a place that is entered backwards, at least, m."""
 
 
-class Place(NamedTuple):
+class NarrowPlace(NamedTuple):
     """Narrow place above a hall; lengths between wall surfaces, m."""
 
     width: float
@@ -72,34 +72,34 @@ class Place(NamedTuple):
     """Width and depth of a basin in the far corner on the other side."""
 
 
-def _lift(rng: np.random.Generator) -> Place:
+def _lift(rng: np.random.Generator) -> NarrowPlace:
     size = ((1.1, 1.4), (1.0, 1.3))[rng.integers(2)]
-    return Place(*size, door=_drawn(rng, 0.8, 0.9), hall=_drawn(rng, 1.5, 2.4))
+    return NarrowPlace(*size, door=_drawn(rng, 0.8, 0.9), hall=_drawn(rng, 1.5, 2.4))
 
 
-def _dead_end(rng: np.random.Generator) -> Place:
+def _dead_end(rng: np.random.Generator) -> NarrowPlace:
     width, depth = _drawn(rng, 0.8, 1.3), _drawn(rng, 2.0, 6.0)
-    return Place(width, depth, door=0.0, hall=_drawn(rng, 1.5, 2.4))
+    return NarrowPlace(width, depth, door=0.0, hall=_drawn(rng, 1.5, 2.4))
 
 
-def _niche(rng: np.random.Generator) -> Place:
+def _niche(rng: np.random.Generator) -> NarrowPlace:
     width, depth = _drawn(rng, 0.9, 1.3), _drawn(rng, 1.2, 1.6)
-    return Place(width, depth, door=0.0, hall=_drawn(rng, 1.5, 2.4))
+    return NarrowPlace(width, depth, door=0.0, hall=_drawn(rng, 1.5, 2.4))
 
 
-def _toilet(rng: np.random.Generator) -> Place:
+def _toilet(rng: np.random.Generator) -> NarrowPlace:
     side = float(rng.choice([-1.0, 1.0]))
     hall = _drawn(rng, 1.5, 2.4)
     basin = (0.45, _drawn(rng, 0.3, 0.4))
-    return Place(1.5, 1.5, _drawn(rng, 0.85, 0.95), hall, 0.225 * side, basin)
+    return NarrowPlace(1.5, 1.5, _drawn(rng, 0.85, 0.95), hall, 0.225 * side, basin)
 
 
-def _side_door(rng: np.random.Generator) -> Place:
+def _side_door(rng: np.random.Generator) -> NarrowPlace:
     size = _drawn(rng, 1.8, 2.4), _drawn(rng, 1.8, 2.4)
-    return Place(*size, door=_drawn(rng, 0.85, 0.95), hall=_drawn(rng, 1.2, 1.5))
+    return NarrowPlace(*size, door=_drawn(rng, 0.85, 0.95), hall=_drawn(rng, 1.2, 1.5))
 
 
-PLACES: dict[str, Callable[[np.random.Generator], Place]] = {
+PLACES: dict[str, Callable[[np.random.Generator], NarrowPlace]] = {
     "lift": _lift,
     "dead end": _dead_end,
     "niche": _niche,
@@ -179,7 +179,7 @@ def draw(place: str, way: str, robot: Robot, seed: int) -> tuple[str, ...]:
     return tuple(f"{key}={json.dumps(each)}" for key, each in values.items())
 
 
-def _floor(size: Place, far: float) -> dict[str, Any]:
+def _floor(size: NarrowPlace, far: float) -> dict[str, Any]:
     """Changes to the floor ``lift``."""
     half, wall = 0.5 * size.width + 0.5 * _WALL, 0.5 * _WALL
     top = _BELOW + size.hall + wall

@@ -289,6 +289,7 @@ def _problem(context: PlanningContext, ride_setup: RideSetup) -> RouteProblem:
         grid=ride_setup.grid,
         robot=ride_setup.robot,
         start=context.pose[:2],
+        start_heading=float(context.pose[2]),
         goal=context.goal,
         wishes=context.wishes,
         wish_origin=context.wish_origin,

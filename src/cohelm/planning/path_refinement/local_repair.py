@@ -109,7 +109,7 @@ def repair(
         wrong = infeasible_points(space, fitted.points, fitted.pivots)
         if not wrong.any():
             return fitted
-        if _is_worn(places, fitted.points[_first_run(wrong)[0]]):
+        if _is_worn(places, fitted.points[first_run(wrong)[0]]):
             break
         attempts = _attempts(space, wide, _ATTEMPTS)
         repaired = _repaired(space, fitted, wrong, waypoints, budget, attempts)
@@ -123,7 +123,7 @@ def repair(
         wrong &= away
     stuck = None
     if wrong.any():
-        first, last = _first_run(wrong)
+        first, last = first_run(wrong)
         stuck = points[(first + last) // 2]
     return RefinedLine(points=points, pivots=fitted.pivots, stuck=stuck)
 
@@ -154,7 +154,7 @@ def widen_clearance(
             wrong &= np.hypot(*(points[:, None] - stretch).T).min(axis=0) > _NEARBY
         if not wrong.any():
             break
-        first, last = _first_run(wrong)
+        first, last = first_run(wrong)
         attempts = _attempts(space, wide, _WIDE_ATTEMPTS)
         worn = _is_worn(places, points[first])
         repaired = None if worn else _repaired(space, fitted, wrong, waypoints, budget, attempts)
@@ -189,7 +189,7 @@ def _repaired(
 ) -> RefinedLine | None:
     """Replace the first wrong stretch, by one without loops if possible; None if nothing fits."""
     points = fitted.points
-    first, last = _first_run(wrong)
+    first, last = first_run(wrong)
     budget.enter(points[first])
     with_loop = None
     for where, attempt in attempts:
@@ -292,7 +292,7 @@ def _pulled(
     return RefinedLine(points=points, pivots=fitted.pivots)
 
 
-def _first_run(wrong: Booleans) -> tuple[int, int]:
+def first_run(wrong: Booleans) -> tuple[int, int]:
     """First stretch of infeasible points; gaps of less than a metre belong to it."""
     at = np.flatnonzero(wrong)
     gaps = np.flatnonzero(np.diff(at) > 10)

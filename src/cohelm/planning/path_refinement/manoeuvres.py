@@ -19,13 +19,15 @@ from cohelm.geometry import arc_length
 from cohelm.planning.path_refinement.configuration_space import ConfigurationSpace
 from cohelm.planning.path_refinement.footprint import directions, overlaps, turn_overlaps
 from cohelm.planning.path_refinement.hybrid_astar import HybridPath, SearchLimits, search_poses
-from cohelm.planning.path_refinement.local_repair import RefinedLine
+from cohelm.planning.path_refinement.local_repair import RefinedLine, first_run
 from cohelm.planning.path_refinement.waypoint_chaining import PoseBudget, all_headings
 
 _REACH = 3.0
 """Distance that a manoeuvre may leave the box around its ends, m."""
 _NEAR = 8.0
 """Length up to which a manoeuvre may lead to the end of the line at once, m."""
+_APART = 20
+"""Points between a manoeuvre's ends and what is wrong for a robot that never turns on the spot."""
 _BEYOND = 5
 """Points beyond the first place to turn at which a manoeuvre may end."""
 
@@ -56,10 +58,11 @@ def add_manoeuvres(
     points = line.points
     if not wrong.any():
         return RefinedLine(points=points, pivots=line.pivots)
-    first, last = _first_run(wrong)
-    begin = next((i for i in range(first, 0, -1) if _turns(with_, points, i)), 0)
+    first, last = first_run(wrong)
+    apart = 0 if with_.pivots else _APART
+    begin = next((i for i in range(first - apart, 0, -1) if _turns(with_, points, i)), 0)
     seeds = _seeds(points, begin, heading)
-    found = _cheapest(with_, points, seeds, _ends(with_, points, last))
+    found = _cheapest(with_, points, seeds, _ends(with_, points, last + apart))
     if found is None:
         return None
     manoeuvre, end = found
@@ -77,13 +80,6 @@ def add_manoeuvres(
         backs_out=manoeuvre.backs_out,
     )
     return _joined([before, middle, led])
-
-
-def _first_run(wrong: Booleans) -> tuple[int, int]:
-    """First and last point of the first stretch, which gaps of less than a metre do not end."""
-    at = np.flatnonzero(wrong)
-    gaps = np.flatnonzero(np.diff(at) > 10)
-    return int(at[0]), int(at[gaps[0]] if len(gaps) else at[-1])
 
 
 def _turns(with_: Manoeuvring, points: Floats, i: int) -> bool:
@@ -105,7 +101,7 @@ def _ends(with_: Manoeuvring, points: Floats, last: int) -> Iterator[tuple[int, 
     n = len(points)
     turning = next((i for i in range(last + 1, n - 1) if _turns(with_, points, i)), n)
     on_line = turning + _BEYOND
-    if on_line >= n - 1 or float(arc_length(points[last:])[-1]) <= _NEAR:
+    if on_line >= n - 1 or float(arc_length(points[min(last, n - 1) :])[-1]) <= _NEAR:
         yield n - 1, np.array([*points[-1], math.nan])
     if on_line < n - 1:
         direction = float(directions(points[on_line : on_line + 2])[0])
