@@ -181,7 +181,8 @@ def test_every_figure_has_its_key(plan):
     report = plan("--prefer=0,1.5", "--avoid", "2,2,0.3")
     assert {
         "alternatives", "backs_out", "closest_to_each", "closest_to_preference",
-        "closest_to_zones", "cost", "crowding", "cusps", "doors", "estimated_time", "extra_cost", "extra_length", "from_strokes",
+        "closest_to_zones", "cost", "crowding", "cusps", "doors", "estimated_time", "extra_cost",
+        "extra_length", "from_strokes",
         "gaps_to_zones", "length", "method", "minimum_clearance", "notes", "overlap", "pivots",
         "points", "robot", "speed", "timing", "turns", "versions", "wishes", "without_wishes",
     } == set(report)  # fmt: skip
