@@ -54,6 +54,8 @@ class ReversingContext:
     """Length of the way back, m."""
     clearance: float = math.inf
     """Distance that the chair may back up now, as far as observed, m."""
+    stalled: bool = False
+    """The ride makes no progress along its path."""
     allowed: bool = True
     """Neither the rider nor the robot forbids it."""
 
@@ -68,7 +70,7 @@ class ReversingState:
     """None while the chair does not reverse."""
     attempts: int = 0
     blocked_since: float = math.inf
-    """Time since which the way back is blocked, s."""
+    """Time since which the way back is blocked or not driven, s."""
     paused_until: float = -math.inf
     """s."""
     ended_at: float = -math.inf
@@ -88,7 +90,8 @@ def update_reversing(
     Args:
         now: facts of this tick.
         memory: of the last call, None at first.
-        patience: time to wait for people behind the chair, s.
+        patience: time to wait for people behind the chair, or for a local planner that does not
+            drive along the leg, s.
     """
     if memory is None or not np.array_equal(memory.goal, now.goal):
         memory = ReversingState(goal=now.goal.copy())
@@ -99,7 +102,7 @@ def update_reversing(
         jammed = memory.cause is ReversingCause.JAM
         ended_at = now.time if jammed else memory.ended_at
         return replace(memory, cause=None, blocked_since=math.inf, ended_at=ended_at)
-    if now.clearance > 0.0:
+    if now.clearance > 0.0 and not now.stalled:
         return replace(memory, blocked_since=math.inf)
     since = min(memory.blocked_since, now.time)
     if now.time - since < patience - _ROUNDING:

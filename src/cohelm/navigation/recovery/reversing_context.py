@@ -100,6 +100,7 @@ def _context(
     """Facts of this tick, and the way back (k, 3); costly ones only where they matter."""
     pose, robot, memory = step.observation.pose, step.setup.robot, step.memory
     cause = memory.reversing.cause if memory.reversing else None
+    since = memory.progress.since if memory.progress else math.inf
     stage = memory.recovery.stage if memory.recovery else None
     leg = leg_of(route.path, route.leg)
     now = ReversingContext(
@@ -111,6 +112,7 @@ def _context(
             and not step.observation.twist[0] > _DRIVES
             and _people_ahead(pose, world.people)
         ),
+        stalled=step.observation.time - since >= step.setup.progress.time_allowance,
         allowed=(
             robot.motion_model.translating == 1
             and robot.max_reverse_speed > 0.0
