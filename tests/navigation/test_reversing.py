@@ -217,6 +217,17 @@ def test_a_leg_that_the_local_planner_does_not_drive_is_left_to_the_recovery():
     assert update_reversing(replace(stands, time=19.0), got_on, patience=8.0).active
 
 
+@pytest.mark.parametrize(("changes", "begun"), [({"stalled": True}, 2), ({"clearance": 0.0}, 8)])
+def test_legs_are_given_up_after_two_on_which_the_chair_stood_and_never_for_people(changes, begun):
+    """Of 100 s, each attempt takes 8 s of patience and 5 s of pause: eight begin."""
+    state, count = None, 0
+    for k in range(1000):
+        was = state is not None and state.active
+        state = update_reversing(context(time=0.1 * k, **changes), state, patience=8.0)
+        count += state.active and not was
+    assert count == begun
+
+
 class Behind(Straight):
     """A straight line that is driven backwards, if the robot has a reverse gear."""
 

@@ -22,6 +22,9 @@ MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
 """Jams backed out of on the way to one goal; a chair in more is not helped by another attempt."""
+_MAX_ABANDONED = 2
+"""Legs given up on the way to one goal, because the chair did not get on along them; after that the
+rider is asked, rather than driven to and fro."""
 _PAUSE = 5.0
 """Time without reversing after a way back that was blocked, s."""
 _ROUNDING = 1e-9  # s; times are sums of float steps
@@ -69,6 +72,8 @@ class ReversingState:
     cause: ReversingCause | None = None
     """None while the chair does not reverse."""
     attempts: int = 0
+    abandoned: int = 0
+    """Legs given up because the chair did not get on along them."""
     blocked_since: float = math.inf
     """Time since which the way back is blocked or not driven, s."""
     paused_until: float = -math.inf
@@ -107,13 +112,21 @@ def update_reversing(
     since = min(memory.blocked_since, now.time)
     if now.time - since < patience - _ROUNDING:
         return replace(memory, blocked_since=since)
-    return replace(memory, cause=None, blocked_since=math.inf, paused_until=now.time + _PAUSE)
+    stood = now.clearance > 0.0  # nobody was in the way
+    return replace(
+        memory,
+        cause=None,
+        abandoned=memory.abandoned + stood,
+        blocked_since=math.inf,
+        paused_until=now.time + _PAUSE,
+    )
 
 
 def _begun(now: ReversingContext, memory: ReversingState) -> ReversingState:
-    """Begin reversing; backing out of a jam needs free space behind, and is not tried for ever."""
+    """Begin reversing, which is not tried for ever; out of a jam it needs free space behind."""
     if now.backward:
-        return replace(memory, cause=ReversingCause.LEG)
+        given_up = memory.abandoned >= _MAX_ABANDONED
+        return memory if given_up else replace(memory, cause=ReversingCause.LEG)
     if memory.attempts == _MAX_ATTEMPTS or now.clearance < _MIN_CLEARANCE:
         return memory
     return replace(memory, cause=ReversingCause.JAM, attempts=memory.attempts + 1)
