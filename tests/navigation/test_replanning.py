@@ -225,6 +225,18 @@ def test_two_plans_are_a_while_apart(plan_times):
     assert plan_times(31, lambda k: {"stalled": True}) == [0, 10, 20, 30]
 
 
+def test_a_path_behind_a_chair_that_cannot_turn_is_replaced_at_most_every_two_seconds(plan_times):
+    behind = {"cannot_turn": True}
+    assert plan_times(81, lambda k: behind) == [0, 40, 80]
+    refused = Straight()
+
+    def change(k):
+        refused.error = NoPath(start=(0.0, 0.0), goal=(1.0, 1.0), needed=0.3) if k else None
+        return behind
+
+    assert plan_times(81, change, refused) == [0, 40, 80]
+
+
 def test_the_same_goal_and_wishes_made_anew_are_the_same(plan_times):
     def change(k):
         return {"request": request(wishes=(Wish(points=np.array([[5.0, 5.0]])),))}
@@ -400,11 +412,11 @@ def test_a_chair_that_stands_while_the_path_follows_the_hand_loses_time():
     for tick in range(8):
         t = 0.5 * tick
         memory = check_progress(
-            5.0 + 0.1 * tick, t, t, memory, rules, position=HERE, follows_rider=True
+            5.0 + 0.1 * tick, t, t, memory, rules, position=HERE, replanned=True
         )
         assert memory.since == 0.0
     moved = check_progress(
-        6.0, 4.0, 4.0, memory, rules, position=np.array([0.3, 0.0]), follows_rider=True
+        6.0, 4.0, 4.0, memory, rules, position=np.array([0.3, 0.0]), replanned=True
     )
     assert moved.since == 4.0
 

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cohelm.geometry import arc_length
-from cohelm.messages import Path, Reason
+from cohelm.messages import Mode, Path, Reason
 from cohelm.navigation.recovery.driven_track import (
     TRACK_LENGTH,
     extend_track,
@@ -27,6 +27,8 @@ from cohelm.navigation.replanning.remaining_path import leg_of, next_leg, turn_t
 from cohelm.robots import load_robot
 from cohelm.robots.turning_room import can_turn, must_turn_elsewhere
 from cohelm.testing.scenes import room, walls_of
+
+from .scenes import TICK, Fixed, Straight, navigator, observation, request
 
 CHAIR = load_robot("quantum_q6_edge")
 GOAL = np.array([4.0, 0.0])
@@ -183,16 +185,15 @@ def test_a_leg_backwards_is_driven_until_it_ends():
     assert not update_reversing(context(allowed=False), None, patience=8.0).active
 
 
-def test_a_chair_that_stands_on_a_leg_plans_anew_from_there_and_at_last_leaves_it_to_the_recovery():
-    state, given_up, paused = None, [], False
+def test_a_chair_that_stands_on_a_leg_plans_anew_from_there_and_at_last_asks():
+    state, given_up = None, []
     for k in range(400):
         now = context(time=0.05 * k, stands=True, clearance=0.4)
         state = update_reversing(now, state, patience=8.0)
         given_up += [state.ended_at] if state.ended_at == now.time else []
-        paused = paused or state.paused_until > now.time
     # 1.5 s each, and a tick to begin again
     assert given_up == pytest.approx([1.55, 3.15, 4.75, 6.35], abs=0.11)
-    assert paused
+    assert not state.active
     drives = context(time=30.0, stands=False, clearance=0.4)
     begun = update_reversing(drives, None, patience=8.0)
     assert update_reversing(drives, begun, patience=8.0).active
@@ -218,6 +219,47 @@ def test_a_blocked_way_back_is_waited_for_and_then_left_to_the_recovery():
     changes = np.flatnonzero(np.diff(active)) * 0.05
     assert active[0]
     assert changes[:2] == pytest.approx([8.0, 13.0], abs=0.11)
+
+
+class Behind(Straight):
+    """A straight line that is driven backwards, if the robot has a reverse gear."""
+
+    def plan(self, problem):
+        return replace(super().plan(problem), backs_out=problem.robot.max_reverse_speed > 0.0)
+
+
+def stages_of_standing_chair(seconds, robot, **seen):
+    """Recovery stages, and reasons from 1 s on, of a chair before a dead end that never drives."""
+    grid = room(boxes=[(0.0, 0.0, 12.0, 3.4), (0.0, 4.6, 12.0, 8.0), (0.0, 0.0, 1.3, 8.0)])
+    stands = navigator(
+        grid=grid, robot=robot, global_planner=Behind(), local_planner=Fixed((0.0, 0.0, 0.0))
+    )
+    last, stages, reasons = None, set(), set()
+    for k in range(round(seconds / TICK)):
+        now = observation(k, (2.0, 4.0, math.pi), **seen)
+        last = stands.step(now, request(Mode.AUTONOMOUS), last)
+        stages.add(last.recovery.stage if last.recovery else None)
+        reasons |= {last.decision.reason} if k * TICK >= 1.0 else set()
+    return stages, reasons
+
+
+def test_a_chair_without_a_way_to_turn_does_not_stand_for_ever():
+    """Every two seconds there is a new path, but none helps a chair that cannot drive backwards."""
+    robot = CHAIR.model_copy(update={"max_reverse_speed": 0.0})
+    stages, _ = stages_of_standing_chair(5.0, robot)
+    assert RecoveryStage.WAIT in stages
+
+
+def test_a_leg_backwards_on_which_the_chair_stands_does_not_last_for_ever():
+    stages, reasons = stages_of_standing_chair(13.0, CHAIR)
+    assert RecoveryStage.WAIT in stages
+    assert None not in reasons
+
+
+def test_a_chair_that_waits_for_a_person_behind_says_so_all_the_time():
+    """Of the eight seconds of patience and the pause until the recovery begins, none is silent."""
+    _, reasons = stages_of_standing_chair(11.0, CHAIR, discs=[(2.75, 4.0, 0.2)])
+    assert reasons == {Reason.WAITING}
 
 
 def test_the_attempts_to_leave_jams_are_limited():

@@ -188,9 +188,14 @@ def test_a_turned_world_turns_the_reference():
 @settings(max_examples=30, deadline=None)
 def test_a_path_is_driven_backwards_as_the_robot_turned_about_drives_it(heading, v, w):
     pose = np.array([1.0, 0.2, heading])
-    back, at = follow(BEND, pose, (v, 0.0, w), backward=True)
+    back, at = follow(BEND, pose, (v, 0.0, w), backward=True, speed=CHAIR.max_reverse_speed)
     about = np.array([0.0, 0.0, np.pi])
-    ahead, same = follow(BEND, pose + about, (-v, 0.0, w))
+    ahead, same = follow(BEND, pose + about, (-v, 0.0, w), speed=CHAIR.max_reverse_speed)
     assert at == same
     assert np.allclose(back.poses, ahead.poses - about)
     assert np.allclose(back.speeds, -ahead.speeds)
+
+
+def test_no_more_than_the_speed_backwards_is_wanted():
+    back, _ = follow(BEND, (0.0, 0.0, np.pi), (0.0, 0.0, 0.0), backward=True)
+    assert back.speeds.min() == pytest.approx(-CHAIR.max_reverse_speed)

@@ -75,7 +75,7 @@ def _figures(
         "points": path.points.tolist(),
         "closest_to_each": path.wishes.closest.tolist(),
         "closest_to_zones": path.wishes.avoided.tolist(),
-        "gaps_to_zones": [gap_to_zone(path.points, problem.robot, zone) for zone in zones],
+        "gaps_to_zones": [gap_to_zone(path, problem.robot, zone) for zone in zones],
         "from_strokes": path.wishes.along.tolist(),
         "extra_length": path.wishes.extra_length,
         "extra_cost": path.wishes.extra_cost,
@@ -97,7 +97,7 @@ def gap_along(prepared: PreparedProblem, path: Path) -> float:
     walls = DistanceField(
         distance=prepared.costmap.walls, resolution=grid.resolution, X_MG=grid.X_MG
     )
-    return min_gap(path.points, prepared.problem.robot, walls)
+    return min_gap(path, prepared.problem.robot, walls)
 
 
 def _wish(wish: Wish) -> dict[str, Any]:

@@ -261,8 +261,8 @@ class Navigator:
         if arrived or course.holds:
             begin = step.observation.twist if last is None else last.decision.twist
             twist = gentle_stop(setup.robot, begin)
-            reason = Reason.ARRIVED if arrived else recovery.reason(stands=True)
-            return None, Command(twist=twist, reason=reason)
+            waits = recovery.reason(stands=True) or Reason.WAITING
+            return None, Command(twist=twist, reason=Reason.ARRIVED if arrived else waits)
         if course.shared is None:
             reason = course.failure.reason if course.failure else Reason.PLANNING
             return None, Command(reason=reason)

@@ -29,6 +29,8 @@ from cohelm.sharing import shared_reference
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _AT_END = 0.3
 """Remaining length of a leg at its end, m."""
+_REPEATED = frozenset({PlanReason.STEERING, PlanReason.OFF_PATH, PlanReason.TURN})
+"""Causes that may hold on the new path as well: then it is replaced again and again."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,13 +94,16 @@ def plan_path_and_reference(
         leg=next_leg(route.path, route.leg, progress, step.observation.twist),
     )
     reverses = recovery.way_back is not None or leg.backward
+    backs_out = recovery.turns and recovery.reverses  # along the path, so it must get on
     waits = recovery.stage is RecoveryStage.REVERSE or np.isfinite(recovery.stop_at)
     return PathAndReference(
         route=route,
         reference=along,
         shared=_reference_to_track(step, along, authority, recovery),
         speed_limit=np.inf if reverses else _speed_limit(step, world, authority, route, recovery),
-        progress=_check_progress(step, route, progress, along, hold=hold or waits),
+        progress=_check_progress(
+            step, route, progress, along, hold=hold or (waits and not backs_out)
+        ),
         holds=leg.backward and not (recovery.reverses or authority.deflection.any()),
     )
 
@@ -263,6 +268,6 @@ def _check_progress(
         step.setup.progress,
         position=step.observation.pose[:2],
         turn=abs(float(turn)),
-        follows_rider=route.reason in {PlanReason.STEERING, PlanReason.OFF_PATH},
+        replanned=route.reason in _REPEATED,
         hold=hold,
     )

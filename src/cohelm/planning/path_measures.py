@@ -12,12 +12,12 @@ import math
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.kernels import CACHED
 from cohelm.maps import CostmapFilter, DistanceField
 from cohelm.maps.masks import speed_limit_at
-from cohelm.messages import Wish
+from cohelm.messages import Path, Wish
 from cohelm.planning.costmap.layers.zones import distances_to_zone
 from cohelm.planning.path_refinement.footprint import (
     FootprintModel,
@@ -33,32 +33,44 @@ _LINE_SPACING = 0.05  # m
 _OUTLINE_SPACING = 0.02  # m
 
 
-def poses_along(points: Floats, spacing: float) -> Floats:
-    """Poses (m, 3) about ``spacing`` apart on a polyline (k, 2), headed along it."""
-    line = resample(points, spacing)
-    if len(line) < 2 or arc_length(line)[-1] <= 0.0:
+def poses_along(path: Path, spacing: float) -> Floats:
+    """Poses (m, 3) about ``spacing`` apart on a path, headed along it, or against it in reverse."""
+    points, line = path.points, resample(path.points, spacing)
+    along = arc_length(points)
+    if along[-1] <= 0.0:
         return np.column_stack([line, np.zeros(len(line))])
-    step = np.gradient(line, axis=0)
-    return np.column_stack([line, np.arctan2(step[:, 1], step[:, 0])])
+    at = np.linspace(0.0, along[-1], len(line))
+    segment = np.clip(np.searchsorted(along, at, side="right") - 1, 0, len(points) - 2)
+    headings = directions(points) + np.pi * driven_backward(path)
+    return np.column_stack([line, headings[segment]])
 
 
-def min_gap(points: Floats, robot: Robot, walls: DistanceField) -> float:
-    """Minimum distance between the footprint driven along a polyline (k, 2) and blocked cells, m.
+def driven_backward(path: Path) -> Booleans:
+    """True (k - 1,) for the segments of a path that are driven backwards."""
+    segments = np.arange(len(path.points) - 1)
+    changes = np.searchsorted(path.cusps, segments, side="right")
+    backward: Booleans = (changes + path.backs_out) % 2 == 1
+    return backward
+
+
+def min_gap(path: Path, robot: Robot, walls: DistanceField) -> float:
+    """Minimum distance between the footprint driven along a path and blocked cells, m.
 
     Turns on the spot are included. 0 for an overlap; the field's diagonal if nothing blocks. Points
     must not repeat.
     """
     outline = robot.outline
     body = footprint_model(outline, walls.distance, walls.resolution)
-    poses = poses_driven(transform(inverse(walls.X_MG), points), body.reach)
+    points = transform(inverse(walls.X_MG), path.points)
+    poses = poses_driven(points, driven_backward(path), body.reach)
     return min(
         float(least_gap_of(body, outline, poses)),
         walls.resolution * math.hypot(*walls.distance.shape),
     )
 
 
-def gap_to_zone(points: Floats, robot: Robot, zone: Wish) -> float:
-    """Minimum distance between the footprint along a polyline (k, 2) and an avoided zone, m.
+def gap_to_zone(path: Path, robot: Robot, zone: Wish) -> float:
+    """Minimum distance between the footprint along a path and an avoided zone, m.
 
     Negative inside the zone. Computed for points on the outline, so a zone with a sharp corner may
     be closer by a centimetre.
@@ -66,7 +78,7 @@ def gap_to_zone(points: Floats, robot: Robot, zone: Wish) -> float:
     outline = robot.outline
     ring = resample(np.concatenate([outline, outline[:1]]), _OUTLINE_SPACING)
     body = np.concatenate([ring, np.zeros((1, 2))])
-    placed = transform(poses_along(points, _LINE_SPACING)[:, None], body[None])
+    placed = transform(poses_along(path, _LINE_SPACING)[:, None], body[None])
     return float(distances_to_zone(zone, placed.reshape(-1, 2)).min())
 
 
@@ -87,14 +99,15 @@ _POSE_SPACING = 0.025  # m between poses, and between those of the farthest corn
 
 
 @njit(**CACHED)
-def poses_driven(points: Floats, reach: float) -> Floats:
+def poses_driven(points: Floats, backward: Booleans, reach: float) -> Floats:
     """Poses (m, 3) on a polyline (n, 2), with each segment's heading and turns at its points.
 
     Args:
         points: m; they must not repeat.
+        backward: segments (n - 1,) that are driven backwards.
         reach: distance to the farthest corner of the footprint, m.
     """
-    heading = directions(points)
+    heading = directions(points) + math.pi * backward
     poses = [np.array([points[0, 0], points[0, 1], heading[0] if len(heading) else 0.0])]
     for i in range(heading.shape[0]):
         if i > 0:

@@ -85,7 +85,8 @@ def make_reference(
     pose, twist = np.asarray(pose, dtype=float), np.asarray(twist, dtype=float)
     if settings.backward:  # the robot turned about drives the path forward
         pose, twist = pose + _ABOUT, twist * np.array([-1.0, -1.0, 1.0])
-    wanted = min(max(settings.speed, 0.0), robot.max_speed)
+    fastest = robot.max_reverse_speed if settings.backward else robot.max_speed
+    wanted = min(max(settings.speed, 0.0), fastest)
     limits = np.array(
         [
             wanted,

@@ -205,7 +205,7 @@ def _draw_footprints(axes: Axes, problem: RouteProblem, path: messages.Path) -> 
     """Draw the chair's outline along the path."""
     style = {"facecolor": to_rgba(canvas.CHAIR, 0.05), "linewidth": 0.7, "zorder": 3.8}
     label = "footprint along the route"
-    for pose in poses_along(path.points, FOOTPRINTS):
+    for pose in poses_along(path, FOOTPRINTS):
         outline = canvas.footprint(
             problem.robot, pose, edgecolor=to_rgba(canvas.CHAIR, 0.45), label=label, **style
         )

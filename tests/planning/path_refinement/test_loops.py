@@ -59,7 +59,7 @@ def test_no_line_goes_round_in_a_ring(seed, kind):
     except PlanningError:
         pytest.skip("no way leads there")
     assert find_loop(path.points, path.pivots) == (-1, -1)
-    assert min_gap(path.points, CHAIR, distance_field(grid)) > 0.0
+    assert min_gap(path, CHAIR, distance_field(grid)) > 0.0
 
 
 @pytest.mark.parametrize("clearance", [0.0, 0.05, 0.1, 0.15])
@@ -69,7 +69,7 @@ def test_the_whole_chair_keeps_the_clearance_asked_for(clearance):
     start, goal = np.array([1.5, 1.5]), np.array([10.5, 6.5])
     task = RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal, clearance=clearance)
     path = AStar().plan(task)
-    assert min_gap(path.points, CHAIR, distance_field(grid)) >= clearance - 1e-6
+    assert min_gap(path, CHAIR, distance_field(grid)) >= clearance - 1e-6
 
 
 @pytest.mark.parametrize("rise", [-4.0, -2.0, 2.0, 4.0])
@@ -78,4 +78,4 @@ def test_a_door_is_not_grazed_where_there_is_room_to_come_straight(rise):
     start, goal = np.array([2.0, 6.0 - rise]), np.array([10.0, 6.0 + rise])
     task = RouteProblem(grid=grid, robot=CHAIR, start=start, goal=goal)
     path = AStar().plan(task)
-    assert min_gap(path.points, CHAIR, distance_field(grid)) >= 0.05
+    assert min_gap(path, CHAIR, distance_field(grid)) >= 0.05

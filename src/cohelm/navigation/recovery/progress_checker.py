@@ -58,7 +58,7 @@ def check_progress(
     *,
     position: Floats,
     turn: float = 0.0,
-    follows_rider: bool = False,
+    replanned: bool = False,
     hold: bool = False,
 ) -> ProgressState:
     """Update the time ``since`` which there was no progress.
@@ -71,9 +71,9 @@ def check_progress(
         parameters: definition of progress.
         position: of the chair (2,), m.
         turn: angle between the heading and the path beside the chair, ≥ 0, rad.
-        follows_rider: the path follows the rider's input, or a chair that was led off its path, and
-            is therefore replanned all the time; a chair that has not moved meanwhile has made no
-            progress.
+        replanned: the path is replaced all the time, because it follows the rider's input or a
+            chair that was led off its path, or begins where the chair cannot turn to it; a chair
+            that has not moved meanwhile has made no progress.
         hold: the chair need not make progress: it has arrived, or the rider drives or stops it.
     """
     reset = ProgressState(
@@ -92,7 +92,7 @@ def check_progress(
     since = memory.since if 0.0 <= elapsed <= _GAP else time
     if path_time > memory.path_time:
         moved = float(np.hypot(*(position - memory.position)))
-        stays = follows_rider and moved < parameters.min_progress
+        stays = replanned and moved < parameters.min_progress
         kept = replace(turned, remaining=remaining, since=since, path_time=path_time, time=time)
         return kept if stays else reset
     if remaining < memory.remaining - parameters.min_progress:

@@ -21,7 +21,7 @@ _MIN_CLEARANCE = 0.1
 MIN_WAY = 0.3
 """Minimum length of the way back, m; less changes nothing."""
 _MAX_ATTEMPTS = 4
-"""Jams backed out of, or legs given up, on the way to one goal; more do not help."""
+"""Jams backed out of, or legs given up, on the way to one goal; then the rider is asked."""
 _STUCK = 1.5
 """Standstill on a leg with free space behind, s: the local planner finds no motion, and a path from
 here may be better."""
@@ -114,10 +114,12 @@ def update_reversing(
 
 
 def _begun(now: ReversingContext, memory: ReversingState) -> ReversingState:
-    """Begin reversing; backing out of a jam needs free space behind, and is not tried for ever."""
+    """Begin reversing, which is not tried for ever; out of a jam it needs free space behind."""
+    if memory.attempts >= _MAX_ATTEMPTS:
+        return memory
     if now.backward:
         return replace(memory, cause=ReversingCause.LEG)
-    if memory.attempts == _MAX_ATTEMPTS or now.clearance < _MIN_CLEARANCE:
+    if now.clearance < _MIN_CLEARANCE:
         return memory
     return replace(memory, cause=ReversingCause.JAM, attempts=memory.attempts + 1)
 
@@ -128,10 +130,13 @@ def _going(now: ReversingContext, memory: ReversingState) -> ReversingState:
     memory = replace(memory, blocked_since=math.inf, stood_since=since)
     if memory.cause is not ReversingCause.LEG or now.time - since < _STUCK - _ROUNDING:
         return memory
-    given_up = replace(memory, cause=None, stood_since=math.inf)
-    if memory.attempts == _MAX_ATTEMPTS:
-        return replace(given_up, paused_until=now.time + _PAUSE)
-    return replace(given_up, attempts=memory.attempts + 1, ended_at=now.time)
+    return replace(
+        memory,
+        cause=None,
+        stood_since=math.inf,
+        attempts=memory.attempts + 1,
+        ended_at=now.time,
+    )
 
 
 def is_caused(now: ReversingContext) -> bool:

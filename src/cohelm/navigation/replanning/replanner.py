@@ -43,8 +43,8 @@ from cohelm.planning import GlobalPlanner, RouteProblem
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _TURN_INTERVAL = 2.0
-"""Minimum age of a path that begins behind a chair that cannot turn to it, s; the next one may have
-no manoeuvre either."""
+"""Minimum time after a plan or an attempt where the path begins behind a chair that cannot turn to
+it, s; the next one may have no manoeuvre either."""
 _ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
 """Reasons after which the old path counts as abandoned."""
 
@@ -155,11 +155,12 @@ def _update(memory: RouteState, q: RouteQuery, p: ReplanningParameters) -> Route
 def _cause(q: RouteQuery, current: RouteState, p: ReplanningParameters) -> PlanReason | None:
     x, y = q.pose[:2]
     _, deviation = nearest_on_polyline(current.path.points, float(x), float(y))
+    searched_at = max(current.planned_at, current.attempted_at)
     rules = (
         (q.time - current.blocked_since >= p.blocked_time - _ROUNDING, PlanReason.BLOCKED),
         (q.stalled, PlanReason.STALLED),
         (q.backed_up, PlanReason.BACKED_UP),
-        (q.cannot_turn and q.time - current.planned_at >= _TURN_INTERVAL, PlanReason.TURN),
+        (q.cannot_turn and q.time - searched_at >= _TURN_INTERVAL - _ROUNDING, PlanReason.TURN),
         (_rider_leaves_path(q, current, p), PlanReason.STEERING),
         (deviation > p.max_deviation, PlanReason.OFF_PATH),
     )
