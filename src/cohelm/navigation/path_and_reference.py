@@ -165,8 +165,10 @@ def _route_query(
         stalled=recovery.replans,
         backed_up=_has_backed_up(step),
         cannot_turn=(
-            not authority.deflection.any()
+            setup.robot.max_reverse_speed > 0.0
+            and setup.robot.motion_model.translating == 1
             and step.memory.route is not None
+            and not authority.deflection.any()
             and _cannot_turn(step, world, step.memory.route)
         ),
         side=recovery.side,
