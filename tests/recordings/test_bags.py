@@ -1,5 +1,7 @@
 """Bags of ROS 1 and ROS 2, written by rosbags."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -76,6 +78,39 @@ def test_a_scan_that_turns_clockwise_is_turned_round(tmp_path):
     (scan,) = frame.observation.scans
     assert (scan.angle_min, scan.angle_increment) == (-0.5, 0.25)
     assert scan.ranges.tolist() == [5, 4, 3, 2, 1]
+
+
+@pytest.mark.parametrize(
+    ("first", "step", "count", "last", "says"),
+    [
+        (-1.5, 0.01, 301, 1.5, ""),
+        (1.5, -0.01, 301, -1.5, ""),
+        (-1.5, 0.01, 301, 1.51, ""),  # drivers that add the step behind the last beam
+        (-math.pi, math.tau / 720, 720, math.pi, ""),
+        (-math.pi, -math.tau / 720, 720, math.pi, ""),  # all round, clockwise
+        (0.0, math.tau / 360, 360, 6.266, ""),
+        (-1.5, -0.01, 301, 1.5, "end at -4.50 rad, angle_max is 1.50"),
+        (-1.5, 0.01, 151, 1.5, "angle_max is 1.50"),
+        (-1.5, 0.01, 301, math.nan, "end at 1.50 rad, angle_max is nan"),
+        (-1.5, 0.01, 301, math.inf, "end at 1.50 rad, angle_max is inf"),
+    ],
+)
+def test_a_scan_whose_angles_contradict_each_other_is_said(
+    tmp_path, first, step, count, last, says
+):
+    scan = ROS2.scan(
+        1.0,
+        np.ones(count),
+        angle_min=first,
+        angle_increment=step,
+        angle_max=last,
+        frame="base_link",
+    )
+    recording = open_recording(write(tmp_path / "a", [("/scan", 1.0, scan)], "mcap"))
+    assert len(list(recording)) == 1
+    told = [text for text in recording.warnings if "angle_max" in text]
+    assert len(told) == bool(says)
+    assert all(says in text for text in told)
 
 
 @pytest.mark.parametrize("author", [ROS1, ROS2], ids=["ROS 1", "ROS 2"])

@@ -577,9 +577,31 @@ describe("a switch that bounces", () => {
     expect(count("stop")).toBe(2);
   });
 
+  it.each([
+    [0, 33], [1, 33], [25, 33], [0, 130], [60, 130],
+  ])("chooses once however long it is held, where each repeat opens it for %d ms every %d ms", (open, every) => {
+    const drive = vi.spyOn(inputs, "drive");
+    key("keydown", "Space");
+    pass(500);
+    for (let time = 0; time < 3000; time += every) {
+      key("keyup", "Space");
+      pass(open);
+      key("keydown", "Space");
+      pass(every - open);
+    }
+    pass(200);
+    expect(drive).not.toHaveBeenCalled();
+    state({ speed: 0.4 });
+    key("keyup", "Space");
+    pass(100);
+    key("keydown", "Space");
+    expect(count("stop")).toBe(1);
+  });
+
   it("bounces for as long as is set", () => {
     inputs.scanner.change({ bounce: 250 });
     press("Space", [30, 180]);
+    pass(250);
     press("Space", [30, 180]);
     pass(500);
     expect(inputs.push).not.toBeNull();

@@ -96,7 +96,7 @@ export class Scanner {
     else if (was.down && !next.down) this.#release(which);
   }
 
-  /** While the chair moves any switch stops it. */
+  /** While the chair moves any switch stops it; only a fresh press chooses. */
   #press(which: Switch): void {
     const now = performance.now();
     const { inputs } = this;
@@ -108,7 +108,7 @@ export class Scanner {
       return;
     } else if (means === "stop") {
       inputs.stop();
-    } else {
+    } else if (this.#contacts[which].fresh) {
       this.#choices = reach(document);
       if (which === "step" && this.settings.count === 2) {
         this.#scan = stepped(this.#scan, this.#choices, now);

@@ -25,6 +25,9 @@ export const NO_SWITCH: SwitchSettings = { count: 0, hold: false, choose: "Space
  * does; then the position of the contact counts. */
 export interface Contact {
   readonly closed: boolean;
+  /** True if it had been open for the bounce time before it closed: else it may repeat a press that goes on,
+   * for remote desktops and some interfaces release the key before each repeat. */
+  readonly fresh: boolean;
   /** Time of the contact's newest edge, ms. */
   readonly moved: number;
   readonly down: boolean;
@@ -32,11 +35,13 @@ export interface Contact {
   readonly counted: number;
 }
 
-export const OPEN: Contact = { closed: false, moved: -Infinity, down: false, counted: -Infinity };
+export const OPEN: Contact = { closed: false, fresh: true, moved: -Infinity, down: false, counted: -Infinity };
 
 export function closing(was: Contact, now: number, bounce: number): Contact {
   const unseen = was.closed && now - was.counted >= bounce; // its opening, as by another window
-  return settled({ ...(unseen ? OPEN : was), closed: true, moved: now }, now, bounce);
+  const before = unseen ? OPEN : was;
+  const fresh = before.closed ? before.fresh : now - before.moved >= bounce;
+  return settled({ ...before, closed: true, fresh, moved: now }, now, bounce);
 }
 
 export function opening(was: Contact, now: number, bounce: number): Contact {

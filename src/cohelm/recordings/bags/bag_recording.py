@@ -199,6 +199,8 @@ class BagRecording:
         clouds: tuple[PointCloud, ...] = ()
         if message.type == ros.SCAN:
             scans = (ros.scan(reading, time, place.mount),)
+            if problem := ros.angle_problem(reading):
+                self._report(problem, message)
         else:
             cloud, far = ros.cloud(reading, time, place.mount)
             clouds = (cloud,)

@@ -30,6 +30,9 @@ ENCODINGS = frozenset({"cdr", "ros1"})
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 """Types of a PointField."""
 _MAX_BEAMS = 1_000_000
+_MAX_GAP = 0.1
+"""Maximum difference between the last beam and ``angle_max``, rad: drivers that count one beam more
+or less differ by a step or two."""
 
 
 def decode(message: BagMessage) -> Any:
@@ -110,6 +113,19 @@ def scan(message: Any, time: float, X_RS: Floats) -> Scan:
         angle_increment=step,
         range_max=reach,
         ranges=ranges,
+    )
+
+
+def angle_problem(message: Any) -> str:
+    """Description of a LaserScan whose last beam is not at ``angle_max``; empty if it is."""
+    step, last = float(message.angle_increment), float(message.angle_max)
+    end = float(message.angle_min) + (len(message.ranges) - 1) * step
+    gap = abs(math.remainder(end - last, math.tau)) if math.isfinite(last) else math.inf
+    if gap <= max(2.0 * abs(step), _MAX_GAP):
+        return ""
+    return (
+        f"its beams end at {end:.2f} rad, angle_max is {last:.2f}: their directions, from "
+        f"angle_min and angle_increment, may be wrong"
     )
 
 
