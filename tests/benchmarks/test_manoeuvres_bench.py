@@ -62,3 +62,12 @@ def test_a_chair_backs_out_of_a_lift_without_a_stop():
 def test_narrow_places_are_entered_and_left(place, way, robot):
     ride = run(drawn(place, way, robot, 0), seed=0)
     assert ride.outcome is Outcome.REACHED
+
+
+def test_the_report_judges_every_chair(tmp_path):
+    bench = manoeuvres.ManoeuvresBench(manoeuvres.CHAIRS, ("niche",))
+    task = next(
+        task for task in bench.tasks(range(1)) if dict(task[0].columns)["scene"].endswith("out")
+    )
+    report = bench.report(bench.work(task, tmp_path), tmp_path)
+    assert [verdict["result"] for verdict in report.summary["verdicts"]] == ["met"] * 4
