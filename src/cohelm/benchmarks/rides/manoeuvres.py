@@ -1,8 +1,8 @@
 """Lifts, niches, toilets, dead ends and side doors: does a chair get in, and out again?
 
 Everything is drawn from the seed: sizes, door, start, destination. A chair that starts inside faces
-the far wall, and most destinations inside can be reached with one end first only. The chairs differ
-in where their drive axle is.
+the far wall. Half of the destinations inside are where the axle is after entering backwards, with a
+hall in front in which a chair can turn. The chairs differ in where their drive axle is.
 """
 
 from __future__ import annotations
