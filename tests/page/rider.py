@@ -6,7 +6,7 @@ import re
 import time
 from contextlib import suppress
 
-from playwright.sync_api import Error, expect
+from playwright.sync_api import Error, TimeoutError, expect
 
 from .cable import Cable
 from .served import brief, wants
@@ -116,7 +116,8 @@ class Rider:
             state = self.until(lambda state: state["link"] in {"ready", "confirm"})
             if state["link"] == "ready":
                 return
-            self.press(GO_ON)
+            with suppress(TimeoutError):  # the button goes where the chair falls behind meanwhile
+                self.button(GO_ON).click(timeout=3000)
             self.rest(0.2)
 
     def makes(self, law, act, undo=lambda: None):
@@ -133,6 +134,11 @@ class Rider:
             undo()
             self.go_on()
         raise AssertionError(f"the navigator keeps falling behind: {brief(self.chair.state)}")
+
+    def fell_behind(self, since):
+        """Whether the chair stood after ``since`` because its navigator was late."""
+        found = [each for each in [*self.chair.states] if each["clock"] >= since]
+        return any(_late(each) for each in found)
 
     def leave_fields(self):
         """So that keys are nobody's but the chair's."""
@@ -203,6 +209,9 @@ def renderers(browser):
     return {each["id"] for each in found if each["type"] == "renderer"}
 
 
+def _late(state):
+    return bool(state["reason"]) and state["reason"]["code"] == "navigator_timeout"
+
+
 def _fell_behind(state):
-    code = state["reason"] and state["reason"]["code"]
-    return code == "navigator_timeout" and state["link"] != "ready"
+    return _late(state) and state["link"] != "ready"

@@ -8,7 +8,6 @@ from playwright.sync_api import expect
 
 from .conftest import CHROMIUM, FLAGS
 from .rider import Rider
-from .served import wants
 from .test_access import STOP, TARGETS, faults, unreached
 
 IWER = Path(__file__).parents[2] / "page/node_modules/iwer/build/iwer.min.js"
@@ -112,19 +111,23 @@ def test_with_less_motion_it_begins_above_stop_is_on_top_and_axe_finds_nothing(o
 
 def test_beside_a_driving_chair_it_waits_until_the_chair_stands(drawing, chair):
     """Building it takes longer than a heartbeat may be late."""
-    rider = Rider(drawing, chair, viewport=SMALL)
-    with closing(rider):
-        rider.sees("No driver.")
-        rider.take()
-        rider.press("More map tools")
-        rider.hold()
-        rider.press("3-D view")
-        rider.sees("The 3-D view opens as soon as the chair stands.")
-        rider.holds(wants)
-        assert rider.button("From behind").count() == 0
-        rider.let_go()
-        expect(rider.button("From behind")).to_be_visible(timeout=60_000)
-    assert rider.faults == []
+    for _ in range(3):
+        since = chair.state["clock"]
+        with closing(Rider(drawing, chair, viewport=SMALL)) as rider:
+            rider.take()
+            rider.press("More map tools")
+            rider.hold()
+            rider.press("3-D view")
+            rider.rest(1.0)
+            told = rider.page.get_by_text("The 3-D view opens as soon as the chair stands.")
+            waits = told.count() == 1 and rider.button("From behind").count() == 0
+            late = rider.fell_behind(since)
+            rider.let_go()
+            expect(rider.button("From behind")).to_be_visible(timeout=60_000)
+            assert rider.faults == []
+        if waits or not late:  # a chair whose navigator fell behind stands
+            break
+    assert waits
 
 
 @pytest.mark.slow
