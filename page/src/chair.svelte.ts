@@ -1,5 +1,6 @@
 // Latest messages of the chair, for the components that show them.
 
+import { t } from "./i18n/text.svelte";
 import type { Link, Status } from "./link";
 import type {
   RideEnded,
@@ -103,11 +104,13 @@ export class Chair {
         this.limits = message.limits;
         this.rider = message.rider;
         break;
-      case "state":
+      case "state": {
         this.came = performance.now();
         if (message.driver === this.client && this.state?.driver !== this.client) this.#took = this.came;
         if (message.link === "no_heartbeat" && this.state?.link !== "no_heartbeat") this.#missedSince = this.came;
-        this.state = message;
+        // On the driver's own screen it is this one.
+        const lost = message.driver === this.client && message.reason?.code === "connection_lost";
+        this.state = lost ? { ...message, reason: { ...message.reason!, text: t("ready.lost") } } : message;
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         if (this.ended && message.goal && !samePlace(message.goal, this.endedGoal)) this.ended = null;
@@ -116,6 +119,7 @@ export class Chair {
         }
         if (message.goal) this.#lastGoal = message.goal;
         break;
+      }
       case "route":
         this.route = message;
         break;

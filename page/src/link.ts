@@ -27,6 +27,9 @@ const ANSWER_WITHIN = 8_000;
 /** A price is planned twice, by a process that leaves the processor to the one that drives. */
 export const PRICE_WITHIN = 30_000;
 
+/** What goes out by itself, and STOP, which has its own words. */
+const UNASKED: ReadonlySet<FromPage["type"]> = new Set(["heartbeat", "echo", "stop"] as const);
+
 type Listener = (message: ToPage) => void;
 type Watcher = (status: Status) => void;
 
@@ -70,9 +73,15 @@ export class Link {
     socket.close();
   }
 
+  /** Called where something that was asked for did not go out. */
+  unsent: () => void = () => {};
+
   /** Says whether it went out; what cannot be sent now is not kept for later. */
   send(message: FromPage): boolean {
-    if (this.#socket?.readyState !== WebSocket.OPEN) return false;
+    if (this.#socket?.readyState !== WebSocket.OPEN) {
+      if (!UNASKED.has(message.type)) this.unsent();
+      return false;
+    }
     this.#socket.send(JSON.stringify(message));
     return true;
   }

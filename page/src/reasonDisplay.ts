@@ -5,7 +5,11 @@ import type { ChairState, ReasonText } from "./messages";
 /** Importance of a reason, and what it claims; unlisted ones are faults. */
 export type Claim = "fault" | "ask" | "stop" | "slow";
 
-const ASK = new Set(["confirm", "release_stick", "no_driver", "rider_stop", "ask_rider", "stick_stuck", "lost", "starting", "paused"]);
+/** STOP, by who pressed it. */
+export const STOPS: ReadonlySet<string> = new Set(["rider_stop", "therapist_stop", "stop_pressed"]);
+const ASK = new Set([
+  ...STOPS, "confirm", "release_stick", "no_driver", "stick_back", "ask_rider", "stick_stuck", "lost", "starting", "paused",
+]);
 const STOP = new Set(["blocked", "keepout", "waiting", "goal_occupied", "replanning", "no_safe_plan", "solver_failed", "navigator_timeout", "late"]);
 const SLOW = new Set([
   "too_close", "over_limits", "creeping", "backing_up", "reversing", "scan_partly_blind", "pose_doubtful", "drive_weak",
@@ -66,7 +70,7 @@ export function claimOf(code: string): Claim {
 }
 
 /** Trouble of health or input that asks the rider for something. */
-const HOLDS = new Set(["lost", "stick_stuck"]);
+const HOLDS = new Set(["lost", "stick_stuck", "stick_back"]);
 const NO_FAULT = new Set(["", "arrived"]);
 
 /** True if a fault holds the chair: the reason on display is one, or "Go on" could not end the stop. */

@@ -2,7 +2,8 @@
 
 import { serverText, t, type Key } from "./i18n/text.svelte";
 import type { ChairState } from "./messages";
-import { goalName, type Audience } from "./words";
+import { STOPS } from "./reasonDisplay";
+import { goalName, RIDER_DRIVES, type Audience } from "./words";
 
 export interface Stand {
   readonly state: Pick<ChairState, "link" | "driver" | "goal" | "mode" | "paused" | "arrived" | "not_ready"> | null;
@@ -29,7 +30,6 @@ export interface Stand {
 const ACTIONS = new Set(["confirm", "release_stick", "no_driver"]);
 /** Of no matter to who has arrived. */
 const LATE = new Set(["late", "navigator_timeout"]);
-const RIDER_DRIVES = new Set<ChairState["mode"]>(["assisted", "stop_only", "manual"]);
 
 export function standing(stand: Stand): string {
   const { state, audience, why, code, startable } = stand;
@@ -37,7 +37,7 @@ export function standing(stand: Stand): string {
   if (state.paused) return t(audience === "rider" ? "who.paused" : "now.paused");
   // A press on Start answers STOP, too, so it is what the chair waits for.
   const start = startable && !state.goal && !state.not_ready;
-  if (start && (!why || code === "rider_stop" || ACTIONS.has(code))) return t("stand.start");
+  if (start && (!why || STOPS.has(code) || ACTIONS.has(code))) return t("stand.start");
   const over = !state.goal && stand.arrival !== null && LATE.has(code);
   if (why && !ACTIONS.has(code) && !over) return why;
   return t(...waits(stand, state));

@@ -2,7 +2,7 @@
 import { describe, expect, it } from "vitest";
 import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords, startWords, wishesCost } from "./words";
 
-const state = { link: "ready", driver: "a", goal: null, arrived: false, reason: null, not_ready: null } as const;
+const state = { link: "ready", driver: "a", goal: null, mode: "shared", arrived: false, reason: null, not_ready: null } as const;
 
 describe("the difference of a route", () => {
   const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][] };
@@ -55,6 +55,16 @@ describe("what the driver has to do", () => {
       expect(readiness({ ...state, link }, true).action).toBeNull();
     }
     expect(readiness({ ...state, link: "confirm" }, true).action).toBe("resume");
+  });
+
+  it("is no button while the chair moves on by itself once the stick is released", () => {
+    const held = { ...state, link: "centre_stick", goal: { name: "Ward 4", x: 0, y: 0 } } as const;
+    expect(readiness(held, true)).toMatchObject({ label: "", text: "The chair moves on when you release the stick." });
+    expect(readiness({ ...held, goal: null }, true).text).toBe("Release the stick, then steer.");
+    expect(readiness({ ...held, mode: "assisted" }, true).text).toBe("Release the stick, then steer.");
+    expect(readiness({ ...held, link: "stick_held" }, true)).toMatchObject({
+      label: "Go on to Ward 4", text: "Stopped. Release the stick, then tap “Go on”.",
+    });
   });
 
   it("is no confirmation while that cannot end the stop: the button says why, and what to do", () => {

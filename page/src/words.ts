@@ -11,6 +11,9 @@ export type Mode = ChairState["mode"];
 export type Pace = ChairState["pace"];
 export const PACES: readonly Pace[] = ["slow", "normal", "brisk"];
 
+/** Modes in which the chair stands without a hand on the stick. */
+export const RIDER_DRIVES: ReadonlySet<Mode> = new Set<Mode>(["assisted", "stop_only", "manual"]);
+
 export function modeName(mode: Mode): string {
   return t(`mode.${mode}`);
 }
@@ -25,7 +28,7 @@ export interface Readiness {
   readonly main: boolean;
 }
 
-type Next = Pick<ChairState, "link" | "driver" | "goal" | "arrived" | "reason" | "not_ready">;
+type Next = Pick<ChairState, "link" | "driver" | "goal" | "mode" | "arrived" | "reason" | "not_ready">;
 
 /** What else the page knows about the next step. */
 export interface Around {
@@ -54,7 +57,8 @@ export function readiness(state: Next | null, driving: boolean, around: Around =
     case "stick_held":
       return first(t("ready.stoppedRelease"));
     case "centre_stick":
-      return first(t("ready.release"));
+      // It moves on without a press, so that there is no button.
+      return { ...first(t(goal && !RIDER_DRIVES.has(state.mode) ? "ready.movesOn" : "ready.release")), label: "" };
     case "confirm":
       // A confirmation that cannot end the stop is not offered.
       if (state.not_ready) return first(heldWords(state.not_ready));

@@ -28,6 +28,8 @@ class Reason(StrEnum):
     POSE_JUMP = "pose_jump", "The position jumped. Stopped to check it."
     STALE_RIDER_COMMAND = "stale_rider_command", "The joystick is not connected. Stopped."
     RIDER_STOP = "rider_stop", "You stopped the chair.", "STOP was pressed."
+    THERAPIST_STOP = "therapist_stop", "The therapist stopped the chair."
+    STOP_PRESSED = "stop_pressed", "STOP was pressed on another screen."
     LATE = "late", "Navigation was too slow. Stopped."
     # Health monitor: redundant input that does not agree.
     SCAN_FROZEN = "scan_frozen", "The scanner repeats the same reading. Stopped."
@@ -57,6 +59,11 @@ class Reason(StrEnum):
     BLOCKED = "blocked", "Obstacle in the way. Stopped."
     KEEPOUT = "keepout", "No entry here. Stopped."
     # Local planner.
+    STICK_BACK = (
+        "stick_back",
+        "You hold the stick back. The chair moves on when you release it.",
+        "The rider holds the stick back. The chair moves on when it is released.",
+    )
     NO_SAFE_PLAN = "no_safe_plan", "No safe motion found. Braking."
     SOLVER_FAILED = "solver_failed", "Motion planning failed. Braking."
     # Global planner.

@@ -122,7 +122,7 @@ def test_a_stick_held_against_the_travel_stops_the_chair():
     rider = f"rider={{use: nudge, at: {AT}, duration: 1.5, forward: -1.0, lateral: 0.0}}"
     log = follow(stage("empty", rider, f"profile={{preferred_speed: {SPEED}}}"), AT + 1.5)
     # held for 0.2 s
-    assert first(log, Reason.RIDER_STOP) == pytest.approx(AT + 0.2)
+    assert first(log, Reason.STICK_BACK) == pytest.approx(AT + 0.2)
     assert stands(log, AT + 0.2 + HARD)
 
 

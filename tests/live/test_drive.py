@@ -186,7 +186,7 @@ def test_a_navigator_that_is_killed_stops_the_chair_and_is_begun_anew(drive, pag
     when, state = page.until(stands)
     assert when - since <= 0.15 + 0.05 + BUSY
     assert state.reason.code == "navigator_timeout"
-    page.until(lambda s: s.link in {"centre_stick", "confirm"})
+    page.until(lambda s: s.link in {"centre_stick", "stick_held", "confirm"})
     assert page.of("notice")[-1].code == "navigator_lost"
     page.stick = (0.0, 0.0)
     end = time.monotonic() + 120.0

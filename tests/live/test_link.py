@@ -84,7 +84,8 @@ def test_a_hidden_page_is_silent_at_once():
 )
 def test_after_a_short_silence_a_centred_stick_suffices(silence, then):
     state = after(driving(10.0), "a", 2, 10.0 + silence, forward=0.6)
-    assert driver_link.status(state, 10.0 + silence) == "centre_stick"
+    held = {"ready": "centre_stick", "confirm": "stick_held"}[then]
+    assert driver_link.status(state, 10.0 + silence) == held
     state = after(state, "a", 3, 10.05 + silence)
     assert driver_link.status(state, 10.05 + silence) == then
 
@@ -105,7 +106,7 @@ def test_a_stick_held_again_before_confirming_is_not_heeded():
     state = driver_link.stop_until_confirmed(driving(10.0), Reason.COLLISION)
     assert driver_link.hold_reason(state, 10.0) is Reason.COLLISION
     state = after(state, "a", 2, 10.1, forward=1.0)
-    assert driver_link.status(state, 10.1) == "centre_stick"
+    assert driver_link.status(state, 10.1) == "stick_held"
     assert driver_link.resume(state, "a", 10.1) is state
 
 

@@ -84,7 +84,7 @@ def test_a_fault_that_is_kept_ends_with_the_driver_s_word():
     assert rig.world.truth.time > 4.0
     assert rig.state.reason.code in KEPT
     assert rig.state.command == (0.0, 0.0)
-    assert rig.state.link == "centre_stick"  # the stick alone does not go on
+    assert rig.state.link == "stick_held"  # the stick alone does not go on
     rig.steps(5, forward=0.0)
     assert rig.state.reason.code in KEPT
     assert rig.state.link == "confirm"
@@ -102,4 +102,4 @@ def test_a_fault_that_lasts_is_found_again():
     rig.say(ResumeCommand())
     assert any(abs(state.command[0]) > 0.05 for state in rig.steps(80, forward=0.5))
     assert rig.state.reason.code in KEPT
-    assert rig.state.link == "centre_stick"
+    assert rig.state.link == "stick_held"

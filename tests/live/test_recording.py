@@ -78,7 +78,7 @@ def test_every_tick_is_decided_again_to_the_bit(ride_setup, tmp_path):
     assert {Mode.ASSISTED, Mode.AUTONOMOUS, Mode.MANUAL} <= set(modes)
 
 
-def test_a_world_that_begins_anew_has_a_file_of_its_own(ride_setup, tmp_path):
+def test_a_world_that_begins_anew_has_a_file_of_its_own(ride_setup, tmp_path, capsys):
     file = tmp_path / "a.mcap"
     (tmp_path / "a-3.mcap").write_bytes(b"another's")
     with DriveRecording(file, ride_setup) as recording:
@@ -87,7 +87,8 @@ def test_a_world_that_begins_anew_has_a_file_of_its_own(ride_setup, tmp_path):
         for _ in range(2):
             recording.restart()
             driven(ride_setup, recording, 1)
-    files = [tmp_path / name for name in ("a.mcap", "a-2.mcap", "a-4.mcap")]
+    files = [tmp_path / name for name in ("a.mcap", "a-4.mcap", "a-5.mcap")]
+    assert capsys.readouterr().out.splitlines() == [f"recording {each}" for each in files]
     for each in files:
         ticks = list(RecordedRide(each))
         assert len(ticks) == 6

@@ -301,7 +301,10 @@ def test_a_deleted_rider_takes_their_sessions_and_nobody_else_s(desk, tmp_path):
     broken.mkdir()
     (broken / "session.json").write_text("{")
     desk.riders.choose(one.id, "t")
+    assert desk.settings.limits == CALM
     deleted = desk.riders.delete(one.id, "t")
+    assert desk.settings.limits == desk.settings.defaults.limits != CALM
+    assert desk.settings.rider == desk.settings.defaults.rider
     assert (deleted.sessions, deleted.unreadable) == (2, 1)
     assert desk.settings.person == ""
     left = {file.name for file in tmp_path.iterdir() if file.name.startswith("2026")}
@@ -415,6 +418,10 @@ def test_a_report_names_the_rider_and_each_limit_that_was_not_kept():
     assert "&lt;b&gt;Bo&lt;/b&gt;" in page
     assert "<b>Bo</b>" not in page
     assert page.count("<details>") == 2
+    unmeasured = session_html(
+        session("20260101-101010", "", ride("20260101-101010-r1", nearest=0.31)), {}
+    )
+    assert "0.31, closer than the target of 0.8" in unmeasured
     unmeasured = session_html(session("20260101-101010", "", ride("20260101-101010-r1")), {})
     assert "no ride is measured yet" in unmeasured
     assert "nobody was chosen" in unmeasured

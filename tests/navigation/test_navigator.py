@@ -118,7 +118,7 @@ def test_in_autonomous_mode_the_stick_moves_nothing_but_a_pull_stops():
     assert all(t.shared is t.reference for t in pushed)
     np.testing.assert_array_equal(pushed[-1].decision.twist, [0.5, 0.0, 0.0])
     pulled = ride(steered, 20, stick=lambda k: (-1.0, 0.0), asked=lambda k: autonomous)
-    assert pulled[-1].decision.reason is Reason.RIDER_STOP
+    assert pulled[-1].decision.reason is Reason.STICK_BACK
 
 
 @pytest.mark.parametrize("mode", [Mode.MANUAL, Mode.ASSISTED])
@@ -152,7 +152,7 @@ def test_a_stick_held_against_the_travel_stops_the_chair_until_it_is_let_go():
         return (-1.0, 0.0) if 10 <= k < 20 else (0.0, 0.0)
 
     ticks = ride(steered, 25, stick=pull)
-    stopped = [t.decision.reason is Reason.RIDER_STOP for t in ticks]
+    stopped = [t.decision.reason is Reason.STICK_BACK for t in ticks]
     assert stopped == [10 + 4 <= k < 20 for k in range(25)]  # stop_time 0.2 s: 4 ticks
     assert ticks[15].decision.emergency
 

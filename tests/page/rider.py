@@ -6,7 +6,7 @@ import re
 import time
 from contextlib import suppress
 
-from playwright.sync_api import Error, TimeoutError, expect
+from playwright.sync_api import Error, expect
 
 from .cable import Cable
 from .served import brief, wants
@@ -116,7 +116,7 @@ class Rider:
             state = self.until(lambda state: state["link"] in {"ready", "confirm"})
             if state["link"] == "ready":
                 return
-            with suppress(TimeoutError):  # the button goes where the chair falls behind meanwhile
+            with suppress(Error):  # the button goes where the chair falls behind meanwhile
                 self.button(GO_ON).click(timeout=3000)
             self.rest(0.2)
 

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from .rider import GO_ON
-from .served import held, stands, wants
+from .served import held, moves, stands, wants
 
 
 def stopped(state):
@@ -70,14 +70,53 @@ def test_while_nobody_drives(rider):
     rider.holds(held)
 
 
-def test_from_a_page_that_does_not_drive(rider, riders):
+@pytest.mark.parametrize(
+    ("path", "told", "here"),
+    [
+        ("/", "STOP was pressed on another screen.", "STOP was pressed on another screen."),
+        ("/therapist", "The therapist stopped the chair.", "The therapist stopped the chair."),
+    ],
+)
+def test_from_a_page_that_does_not_drive_is_told_as_theirs(rider, riders, chair, path, told, here):
     rider.take()
     rider.follow()
-    other = riders()
-    other.sees("Another screen drives")
+    other = riders(path=f"{path}#token={chair.token}" if path != "/" else path)
+    other.sees("Another screen drives" if path == "/" else "Driving to Ward 4")
     other.press("STOP")
     rider.until(stopped)
     assert rider.drives
+    rider.sees(told)
+    other.sees(here)
+    rider.go_on()
+
+
+def test_a_stick_that_is_held_back_says_that_the_chair_will_move_on(rider):
+    """It is no STOP: nothing is to be pressed, and no sentence says so."""
+    rider.take()
+    rider.follow()
+    rider.leave_fields()
+    rider.makes(moves, lambda: None)
+    rider.page.keyboard.down("ArrowDown")
+    rider.until(lambda state: held(state) and code(state) == "stick_back")
+    rider.sees("You hold the stick back. The chair moves on when you release it.")
+    rider.sees("The trip to Ward 4 is on hold.")
+    expect(rider.button(GO_ON)).to_have_count(0)
+    rider.let_go("ArrowDown")
+    rider.makes(wants, rider.go_on)
+
+
+def test_a_stick_that_must_be_released_is_the_one_thing_to_do(rider, riders):
+    """Taken over with the stick held and no trip: on its release the chair may be steered."""
+    riders().take()
+    rider.leave_fields()
+    rider.sees("Another screen drives")
+    rider.page.keyboard.down("ArrowLeft")
+    rider.press("Drive from this screen")
+    rider.until(lambda state: rider.drives and state["link"] == "centre_stick")
+    rider.sees("Release the stick, then steer.")
+    expect(rider.button(GO_ON)).to_have_count(0)
+    rider.let_go()
+    rider.until(lambda state: state["link"] == "ready")
 
 
 def test_while_the_stick_must_be_let_go_first(rider, riders):

@@ -80,7 +80,13 @@ class Still:
         floor = FloorInfo(
             image="/api/floor/abc.png", width=2, height=2, resolution=0.1, x=0.0, y=0.0
         )
-        chair = ChairInfo(name="chair", outline=((0.0, 0.0),), max_speed=1.0, max_turn_rate=1.0)
+        chair = ChairInfo(
+            name="chair",
+            outline=((0.0, 0.0),),
+            max_speed=1.0,
+            max_acceleration=1.0,
+            max_turn_rate=1.0,
+        )
         return SceneInfo(
             name="empty", description="", simulation=True, seed=0, floor=floor, places=(),
             doors=(), chair=chair, modes=("shared",),

@@ -32,6 +32,7 @@ NO_TEXT = {
     " {'wss' if tls else 'ws'}://{host}",
     "{'__Host-' if self.origins.tls else ''}cohelm-{self.port}",
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox",
+    "{given} is no address of a site, as https://app.foxglove.dev",  # before the server starts
     "You have arrived: {goal.name}.",  # the page says it by the card of the ride
 }
 PROSE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}")

@@ -2,14 +2,20 @@
 
 import asyncio
 import contextlib
+import io
 import socket
 import time
 
 import pytest
+from PIL import Image
 from websockets.exceptions import ConnectionClosed
 
 from cohelm.live.messages import StopCommand
 from cohelm.web import connections
+
+PIXELS = io.BytesIO()
+Image.new("L", (2, 2)).save(PIXELS, "png")
+FLOOR = PIXELS.getvalue()
 
 
 @pytest.fixture
@@ -112,3 +118,34 @@ def test_stop_needs_no_socket(closed_server, drive):
         evil = {"Origin": "http://evil.example"}
         assert client.post("/api/stop", headers=evil).status_code == 403
     assert [type(message) for _, message, _ in drive.said] == [StopCommand]
+
+
+@pytest.mark.parametrize("viewer", [False, True])
+@pytest.mark.parametrize("way", ["reset", "half closed", "before the answer"])
+def test_a_page_that_goes_in_any_way_leaves_no_traceback(served, drive, caplog, way, viewer):
+    """While states stream to it, twenty times over."""
+    drive.floor_png = lambda: FLOOR
+    site = "https://viewer.example"
+    path, origin = ("/foxglove", site) if viewer else ("/ws", None)
+    with served(drive, tokens={"therapist": "x"}, viewers=[site]) as server:
+        for _ in range(20):
+            page = socket.create_connection(("127.0.0.1", server.port))
+            page.sendall(
+                f"GET {path} HTTP/1.1\r\nHost: {server.name}\r\n"
+                f"Origin: {origin or server.origin}\r\n"
+                "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+                "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+                "Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n".encode()
+            )
+            if way != "before the answer":
+                page.recv(100)
+            for seq in range(30):
+                drive.told(drive.state(seq), None)
+                if seq == 10 and way == "half closed":
+                    page.shutdown(socket.SHUT_WR)
+                if seq == 10 and way != "half closed":
+                    page.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1\0\0\0\0\0\0\0")
+                    page.close()
+            page.close()
+            time.sleep(0.02)
+    assert [record for record in caplog.records if record.exc_info] == []

@@ -1,5 +1,6 @@
 import pytest
 
+from cohelm.errors import ConfigError
 from cohelm.web.origins import is_everywhere, is_loopback, name_of, origins_for
 
 LOOPBACK = origins_for("127.0.0.1", tls=False)
@@ -68,6 +69,12 @@ def test_a_forwarded_port_is_the_same_machine():
     """As ssh -L 9000:localhost:8000 does it: the page's own origin has that port as well."""
     forwarded = {"host": "localhost:9000", "origin": "http://localhost:9000"}
     assert asked(LOOPBACK, forwarded, is_socket=True) is None
+
+
+@pytest.mark.parametrize("site", ["foo", "", "foxglove.dev", "https://a.example/path", "https:"])
+def test_a_viewer_that_is_no_address_of_a_site_is_refused(site):
+    with pytest.raises(ConfigError, match="--viewer"):
+        origins_for("127.0.0.1", tls=False, viewers=[site])
 
 
 def test_on_all_addresses_the_one_it_came_in_by_is_a_name():

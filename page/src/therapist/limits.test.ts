@@ -1,6 +1,6 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { fault, inForce, isLooser, isSame, LIMITS, limitsOf, RIDER, told, type Quantity } from "./limits";
+import { fault, inForce, isLooser, isSame, LIMITS, limitsOf, onChair, RIDER, told, type Quantity } from "./limits";
 
 const NOW = { max_speed: 1, max_acceleration: 0.6, min_distance: 0.45 };
 
@@ -31,7 +31,12 @@ describe("changes", () => {
   });
 
   it("go no further than the chair, and say where it stopped them", () => {
-    expect(limitsOf({ max_speed: 1.5 }).map((q) => q.most)).toEqual([1.5, 2, 2]);
+    expect(limitsOf({ max_speed: 1.5, max_acceleration: 3 }).map((q) => q.most)).toEqual([1.5, 2, 2]);
+    const preset = { max_speed: 2, max_acceleration: 0.8, min_distance: 1.5 };
+    expect(onChair(preset, { max_speed: 1.2, max_acceleration: 0.6 })).toEqual({
+      max_speed: 1.2, max_acceleration: 0.6, min_distance: 1.5,
+    });
+    expect(onChair(preset, undefined)).toEqual(preset);
     expect(limitsOf(undefined)).toEqual(LIMITS);
     expect(told(NOW, NOW)).toBe("Saved.");
     expect(told({ ...NOW, max_acceleration: 2 }, NOW)).toBe("Saved, limited to what the chair can do.");

@@ -55,10 +55,20 @@ export const RIDER: readonly Quantity<RiderNumber>[] = [
   },
 ];
 
+type Bounds = Pick<ChairInfo, "max_speed" | "max_acceleration">;
+
 /** The limits, no further than this chair goes. */
-export function limitsOf(chair: Pick<ChairInfo, "max_speed"> | undefined): typeof LIMITS {
-  const top = chair?.max_speed ?? Infinity;
-  return LIMITS.map((q) => (q.name === "max_speed" ? { ...q, most: Math.max(q.least, Math.min(q.most, top)) } : q));
+export function limitsOf(chair: Bounds | undefined): typeof LIMITS {
+  return LIMITS.map((q) => {
+    const top = q.name === "min_distance" ? Infinity : (chair?.[q.name] ?? Infinity);
+    return { ...q, most: Math.max(q.least, Math.min(q.most, top)) };
+  });
+}
+
+/** What a preset's limits become on this chair, which may be slower than the one they were made for. */
+export function onChair(limits: Limits, chair: Bounds | undefined): Limits {
+  const held = limitsOf(chair).map(({ name, most }) => [name, Math.min(limits[name], most)]);
+  return Object.fromEntries(held) as unknown as Limits;
 }
 
 /** Message for limits that were sent, given those now in force. */

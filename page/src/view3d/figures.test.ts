@@ -17,6 +17,7 @@ const CHAIR: ChairInfo = {
   name: "quantum_q6_edge",
   outline: [[0.65, 0.305], [-0.46, 0.305], [-0.46, -0.305], [0.65, -0.305]],
   max_speed: 1,
+  max_acceleration: 1,
   max_turn_rate: 1,
 };
 

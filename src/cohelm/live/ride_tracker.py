@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from math import isfinite
 from typing import NamedTuple, TypeVar
 
 from cohelm.errors import StoreError
@@ -116,6 +117,7 @@ class LiveRide:
             choice=self.choice,
             limits=self.limits,
             stops=log.stops if log is not None else (),
+            nearest=round(log.nearest, 3) if log is not None and isfinite(log.nearest) else None,
         )
 
 

@@ -14,6 +14,7 @@ from cohelm.errors import StoreError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control_loop import ControlLoop
+from cohelm.live.messages import Limits, RiderSettings
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.sessions.audit import LogEvent
 from cohelm.live.sessions.progress import RiderProgress, rider_progress
@@ -119,9 +120,19 @@ class RiderChoice:
             StoreError: There is no such rider, or their file is damaged.
         """
         preset = self._sessions.riders.get(rider).preset if rider else None
+        given = None if preset is None else (preset.limits, preset.settings)
+        return self._choose(rider, preset, given, actor)
+
+    def _choose(
+        self,
+        rider: str,
+        preset: RiderPreset | None,
+        given: tuple[Limits, RiderSettings] | None,
+        actor: str,
+    ) -> RiderList:
+        """Choose who rides, with limits and settings; None: those in force stay."""
         before = self._settings.person
-        limits = preset.limits if preset else None
-        settings = preset.settings if preset else None
+        limits, settings = given or (None, None)
         self._settings.choose(rider, limits, settings, lambda: not self._loop.cycle.moves)
         self._loop.call(lambda: self._begin(preset, other=rider != before))
         in_force = self._settings.limits.model_dump()
@@ -130,7 +141,9 @@ class RiderChoice:
         return self.list()
 
     def delete(self, rider: str, actor: str) -> DeletedRider:
-        """Delete a rider and all their sessions; whoever rides now is nobody afterwards.
+        """Delete a rider and all their sessions.
+
+        If they ride now, nobody does afterwards, with the chair's own limits and settings.
 
         Raises:
             ChairMoves: The rider rides, and the chair moves.
@@ -139,7 +152,8 @@ class RiderChoice:
         """
         self._sessions.riders.check(rider)
         if rider == self._settings.person:
-            self.choose("", actor)
+            own = self._settings.defaults
+            self._choose("", None, (own.limits, own.rider), actor)
         count = self._sessions.delete_of(rider)
         self._sessions.riders.remove(rider)
         unreadable = self._sessions.unreadable()

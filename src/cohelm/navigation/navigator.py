@@ -257,7 +257,7 @@ class Navigator:
         if request.mode.rider_drives:
             return None, Command(twist=authority.twist)
         if authority.wants_stop:
-            return None, Command(reason=Reason.RIDER_STOP)
+            return None, Command(reason=Reason.ARRIVED if arrived else Reason.STICK_BACK)
         if arrived or course.holds:
             begin = step.observation.twist if last is None else last.decision.twist
             twist = gentle_stop(setup.robot, begin)

@@ -10,9 +10,11 @@ from __future__ import annotations
 import ipaddress
 import json
 import socket
+import urllib.parse
 from collections.abc import Iterable
 
 from cohelm.arrays import value
+from cohelm.errors import ConfigError
 
 LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _CHANGING = frozenset({"POST", "PUT", "PATCH", "DELETE"})
@@ -106,7 +108,11 @@ def origins_for(
         tls: True for HTTPS.
         names: Further names.
         viewers: Origins of viewers.
+
+    Raises:
+        ConfigError: One of the viewers is no origin.
     """
+    viewers = [_origin(each) for each in viewers]
     everywhere = is_everywhere(host)
     own = {*LOOPBACK, *(name.lower() for name in names)}
     if not everywhere:
@@ -114,9 +120,18 @@ def origins_for(
     return Origins(
         names=frozenset(own),
         tls=tls,
-        viewers=frozenset(each.lower().rstrip("/") for each in viewers),
+        viewers=frozenset(viewers),
         any_address=everywhere,
     )
+
+
+def _origin(given: str) -> str:
+    """An origin of a viewer as a browser writes it."""
+    parts = urllib.parse.urlsplit(given.lower())
+    if not (parts.scheme and parts.netloc) or parts.path.strip("/") or parts.query:
+        problem = f"{given} is no address of a site, as https://app.foxglove.dev"
+        raise ConfigError(problem, key="--viewer")
+    return f"{parts.scheme}://{parts.netloc}"
 
 
 def is_loopback(host: str) -> bool:

@@ -96,6 +96,9 @@ class PageConnection:
                 except TimeoutError:
                     self.end(CloseCode.SLOW)
                     return
+                except RuntimeError:  # it was closed meanwhile
+                    self.end(None)
+                    return
 
     async def listen(self, drive: Drive) -> None:
         """Pass messages of the page to the drive until the page is closed."""

@@ -48,6 +48,7 @@ export const status = {
   "about.cause.person.standing": "Eine Person steht vor dem Rollstuhl.",
   "about.effect.ask_rider": "Der Fahrer muss lenken oder ein anderes Ziel wählen.",
   "about.reason.rider_stop": "STOP wurde gedrückt.",
+  "about.reason.stick_back": "Der Fahrer zieht den Joystick zurück. Der Rollstuhl fährt weiter, wenn er losgelassen wird.",
   "about.reason.lost": "Die Position ist verloren. Angehalten. Der Fahrer muss von Hand lenken oder braucht Hilfe.",
   "about.reason.stick_stuck": "Der Joystick scheint zu klemmen. Er muss losgelassen werden.",
   "about.reason.arrived": "Der Rollstuhl ist angekommen.",

@@ -48,6 +48,7 @@ export const status = {
   "about.cause.person.standing": "A person is standing in front of the chair.",
   "about.effect.ask_rider": "The rider must steer, or choose another destination.",
   "about.reason.rider_stop": "STOP was pressed.",
+  "about.reason.stick_back": "The rider holds the stick back. The chair moves on when it is released.",
   "about.reason.lost": "The position is lost. Stopped. The rider must steer by hand, or needs help.",
   "about.reason.stick_stuck": "The joystick seems stuck. It must be released.",
   "about.reason.arrived": "The chair has arrived.",

@@ -8,7 +8,7 @@ of heartbeats are milliseconds, as ``Heartbeat.sent`` is.
 
     required action   stick deflected                       stick centred
     CENTRE            centre_stick                          ready
-    CONFIRM           centre_stick; after STOP stick_held   confirm ── resume ──► ready
+    CONFIRM           stick_held                            confirm ── resume ──► ready
 
     event                                               required action from then on
     control taken                                       CENTRE; CONFIRM if the chair is under way
@@ -116,7 +116,7 @@ def status(state: LinkState, now: float) -> LinkStatus:
         return "ready"
     if state.centred and _chair_stick_centred(state):
         return "confirm"
-    return "stick_held" if state.cause is Reason.RIDER_STOP else "centre_stick"
+    return "stick_held" if state.required is RequiredAction.CONFIRM else "centre_stick"
 
 
 def deflection(state: LinkState, now: float) -> tuple[float, float]:

@@ -76,8 +76,10 @@ class ActiveSettings:
         self._file = make_private_folder(folder) / "settings.json" if folder is not None else None
         self._lock, self._disk = threading.Lock(), threading.Lock()
         self._error = ""
+        self.defaults = defaults(robot, profile or RiderProfile())
+        """Settings of a chair without a chosen rider."""
         stored = _read(self._file) if self._file is not None else None
-        first = stored or defaults(robot, profile or RiderProfile())
+        first = stored or self.defaults
         self._current = StoredSettings(
             limits=bounded(limits or first.limits, robot),
             rider=rider or first.rider,

@@ -14,7 +14,7 @@ FAULTS = INPUT_FAULTS | {reason for reason, rule in RULES.items() if rule.stops}
 """Stops of the safety gate and the health monitor; the chair stands for as long as they last."""
 KEPT = frozenset(reason for reason, rule in RULES.items() if rule.stops and rule.latched)
 """Those that a standing chair cannot disprove: the driver decides whether it goes on."""
-_ACKNOWLEDGING = KEPT | {Reason.RIDER_STOP}
+_ACKNOWLEDGING = KEPT | {Reason.RIDER_STOP, Reason.THERAPIST_STOP, Reason.STOP_PRESSED}
 """Causes of a stop after which the chair waits for the driver's word."""
 FAULTS_IN_MANUAL = INPUT_FAULTS | {Reason.DRIVE_FAULT, Reason.STICK_STUCK}
 """Those that stop a chair in ``Mode.MANUAL`` as well."""

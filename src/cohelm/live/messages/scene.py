@@ -68,6 +68,8 @@ class ChairInfo(WireMessage):
     outline: tuple[tuple[float, float], ...]
     max_speed: float
     """m/s."""
+    max_acceleration: float
+    """m/s²."""
     max_turn_rate: float
     """rad/s."""
 

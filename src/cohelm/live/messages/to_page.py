@@ -23,9 +23,9 @@ Role = Literal["driver", "therapist"]
 LinkStatus = Literal["no_driver", "no_heartbeat", "stick_held", "centre_stick", "confirm", "ready"]
 """State of the link to the driver.
 
-``no_driver``; ``no_heartbeat``: the driver's page is silent; ``stick_held``: STOP was pressed and
-the stick is still deflected; ``centre_stick``: the stick must be released first; ``confirm``: the
-driver must confirm; ``ready``: the chair follows the driver.
+``no_driver``; ``no_heartbeat``: the driver's page is silent; ``centre_stick``: once the stick is
+released the chair moves on; ``stick_held``: the driver must release the stick, and then confirm;
+``confirm``: the driver must confirm; ``ready``: the chair follows the driver.
 """
 Pose = tuple[float, float, float]
 RideOutcome = Literal["arrived", "cancelled", "collision"]

@@ -126,15 +126,19 @@ class CommandHandler:
         self._settings, self._effects = settings, effects
         self._send, self._log_event, self._grid = send, log_event, grid
         self._wish_count = 0
+        self._therapists: set[str] = set()
 
     def connect(self, client: str, role: Role) -> None:
         """Add a page."""
+        if role == "therapist":
+            self._therapists.add(client)
         self._log_event(client, "connected", role=role)
 
     def disconnect(self, client: str) -> None:
         """Remove a page; if it drove, there is no driver now."""
         if client == self._driver.link.driver:
             self._log_event(client, "control_released", reason="disconnected")
+        self._therapists.discard(client)
         self._driver.link = driver_link.disconnect(self._driver.link, client)
         self._log_event(client, "disconnected")
 
@@ -187,9 +191,11 @@ class CommandHandler:
 
     def _stop(self, client: str, _: StopCommand, __: float) -> bool:
         before = self._driver.link
-        self._driver.stop_until_confirmed(Reason.RIDER_STOP)
-        stopped = before.cause is Reason.RIDER_STOP
-        if not (before.required is RequiredAction.CONFIRM and stopped):
+        cause = Reason.RIDER_STOP if client == before.driver else Reason.STOP_PRESSED
+        if client in self._therapists:
+            cause = Reason.THERAPIST_STOP
+        self._driver.stop_until_confirmed(cause)
+        if not (before.required is RequiredAction.CONFIRM and before.cause is cause):
             self._log_event(client, "stop_pressed")  # once, although a page repeats STOP
         return False
 

@@ -55,6 +55,7 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
             name=robot.name,
             outline=tuple((float(x), float(y)) for x, y in robot.outline),
             max_speed=robot.max_speed,
+            max_acceleration=robot.max_acceleration,
             max_turn_rate=robot.max_turn_rate,
         ),
         modes=MODES,

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import glob
 import logging
+import sys
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -68,7 +70,10 @@ class DriveRecording:
             return
         self._empty = True
         try:
-            self._recorder = RideRecorder(_free(self._file), facts_of(self._ride_setup)).__enter__()
+            file = _free(self._file)
+            self._recorder = RideRecorder(file, facts_of(self._ride_setup)).__enter__()
+            sys.stdout.write(f"recording {file}\n")
+            sys.stdout.flush()
         except RecordingError as error:
             self._report(f"Nothing is recorded: {error.problem}.", error)
 
@@ -87,9 +92,10 @@ class DriveRecording:
 
 
 def _free(file: Path) -> Path:
-    """Return the file, or if it exists the name with the first free number."""
-    number, free = 1, file
-    while free.exists():
-        number += 1
-        free = file.with_stem(f"{file.stem}-{number}")
-    return free
+    """Return the file, or if it exists the name with the number after the last one."""
+    if not file.exists():
+        return file
+    others = file.parent.glob(f"{glob.escape(file.stem)}-*{file.suffix}")
+    numbers = (each.stem.removeprefix(f"{file.stem}-") for each in others)
+    last = max((int(each) for each in numbers if each.isdecimal()), default=1)
+    return file.with_stem(f"{file.stem}-{last + 1}")

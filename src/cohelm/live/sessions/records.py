@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path as File
 
@@ -80,6 +81,8 @@ class RideSummary(Model):
     stops: tuple[RideStop, ...] = ()
     choice: RouteChoice | None = None
     """Choice of the route before the trip; None: there was nothing to choose."""
+    nearest: float | None = None
+    """Smallest gap to a person, m, known before the measures are; None: nobody was seen."""
     rating: int | None = None
     """1 to 5; None: not rated."""
     measures: Mapping[str, float] = {}
@@ -110,6 +113,8 @@ class RideLog:
     stops: tuple[RideStop, ...]
     path: Path | None
     """First route; None: there was none."""
+    nearest: float = math.inf
+    """Smallest gap to a person, clipped at 0, m."""
     lost_rows: int = 0
     """Number of ticks that could not be written."""
     changes: MapChanges = NO_CHANGES

@@ -96,7 +96,7 @@ def session_html(
 
 def breach_of_distance(ride: RideSummary) -> tuple[float, float] | None:
     """Return (nearest person, target) if somebody came closer than the target, m; else None."""
-    nearest = ride.measures.get("min_distance")
+    nearest = ride.measures.get("min_distance", ride.nearest)
     if nearest is None or not ride.limits:
         return None
     target = max(each.limits.min_distance for each in ride.limits)
@@ -228,7 +228,7 @@ def _rating(ride: RideSummary) -> str:
 
 def _nearest(ride: RideSummary) -> str:
     """Distance of the nearest person, and the target if somebody came closer."""
-    nearest = ride.measures.get("min_distance")
+    nearest = ride.measures.get("min_distance", ride.nearest)
     if nearest is None:
         return "–"
     near = breach_of_distance(ride)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import logging
+import math
 import os
 from pathlib import Path
 
@@ -107,6 +108,7 @@ class _Ride:
         self._first: Tick | None = None
         self._last: Tick | None = None
         self._stops = StopLog()
+        self._nearest = math.inf
 
     def add(self, tick: Tick, truth: GroundTruth) -> None:
         if self.ticks == 0:
@@ -114,6 +116,7 @@ class _Ride:
         if self._first is None and tick.path is not None:
             self._first = tick
         self._last, self._now = tick, truth.time
+        self._nearest = min(self._nearest, float(truth.gap_people.min(initial=math.inf)))
         self._stops.add(truth, tick)
         if len(self._stops.all) > 2 * MAX_STOPS:
             self._stops.all[:] = _longest([*self._stops.all[:-1]]) + self._stops.all[-1:]
@@ -156,6 +159,7 @@ class _Ride:
             step=(self._now - self.first_time) / max(self.ticks - 1, 1),
             goal=np.full(2, np.nan) if request is None else request.goal,
             lost_rows=self.lost,
+            nearest=max(self._nearest, 0.0),
             stops=tuple(
                 RideStop(
                     time=each.time - self.first_time,
