@@ -28,6 +28,8 @@ export interface RideSummary {
   wishes: number;
   limits: { time: number; limits: Limits }[];
   stops: RideStop[];
+  /** Smallest gap to a person, known before the measures are, m. */
+  nearest?: number | null;
   rating: number | null;
   measures: Record<string, number>;
   error: string;

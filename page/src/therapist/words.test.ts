@@ -1,6 +1,7 @@
 import { describe, expect, it } from "vitest";
 import type { ChairState } from "../messages";
-import { clock, destination, details, doing, driver, duration, feeling, measuresOf, moment, outcome, shares, what, who } from "./words";
+import type { RideSummary } from "./api";
+import { breach, clock, compared, destination, details, doing, driver, duration, feeling, measuresOf, moment, outcome, shares, what, who } from "./words";
 
 describe("words", () => {
   it("say measures in their units, only those that are there", () => {
@@ -19,6 +20,27 @@ describe("words", () => {
     const felt = (jerk_felt_rms?: number): ReturnType<typeof feeling> =>
       feeling({ measures: jerk_felt_rms === undefined ? {} : { jerk_felt_rms } });
     expect([felt(0.4), felt(1), felt(1.01), felt(2), felt(2.1), felt()]).toEqual(["calm", "calm", "some", "some", "jerky", null]);
+  });
+
+  it("compare two sessions by the means over their rides, where a ride has the figure", () => {
+    const ride = (more: Partial<RideSummary>): RideSummary => ({
+      id: "", started: "", seed: 0, destination: "", outcome: "arrived", duration: 60, length: 20, modes: {}, devices: {},
+      wishes: 0, limits: [], stops: [], rating: null, measures: {}, error: "", ...more,
+    });
+    const one = [ride({ rating: 4, measures: { min_distance: 0.4 } }), ride({ outcome: "cancelled", duration: 30 })];
+    const rows = Object.fromEntries(compared(one, [ride({ rating: null })]).map(({ name, values }) => [name, values]));
+    expect(rows["Rides"]).toEqual(["2", "1"]);
+    expect(rows["Arrived"]).toEqual(["1", "1"]);
+    expect(Object.values(rows)).toContainEqual(["45 s", "1 min 0 s"]);
+    expect(Object.values(rows)).toContainEqual(["0.40 m", ""]);
+    expect(Object.keys(rows)).toHaveLength(7);
+  });
+
+  it("name the nearest person before the measures are there", () => {
+    const limits = [{ time: 0, limits: { max_speed: 1, max_acceleration: 1, min_distance: 0.8 } }];
+    expect(breach({ limits, measures: {}, nearest: 0.3 })).toEqual({ nearest: 0.3, target: 0.8 });
+    expect(breach({ limits, measures: { min_distance: 0.9 }, nearest: 0.3 })).toBeNull();
+    expect(breach({ limits, measures: {} })).toBeNull();
   });
 
   it("say times", () => {

@@ -4,7 +4,7 @@ import { MEASURES, type MeasureName } from "../measures";
 import type { ChairState } from "../messages";
 import { isKey, languageNow, num, t, type Key } from "../i18n/text.svelte";
 import { reasonNow } from "../status";
-import { goalName, modeName, type Mode } from "../words";
+import { goalName, metres, modeName, type Mode } from "../words";
 import type { AuditEntry, RideSummary } from "./api";
 
 export interface Measure {
@@ -52,6 +52,37 @@ export function measuresOf(ride: Pick<RideSummary, "measures">): Measure[] {
   });
 }
 
+/** A figure of two sessions, in words; empty where none of the rides has it. */
+export interface Compared {
+  readonly name: string;
+  readonly values: readonly [string, string];
+}
+
+/** The figures of two sessions: numbers of rides and stops, and means over the rides that have them. */
+export function compared(one: readonly RideSummary[], other: readonly RideSummary[]): Compared[] {
+  const both = [one, other] as const;
+  const row = (name: string, of: (rides: readonly RideSummary[]) => string): Compared => ({
+    name, values: [of(both[0]), of(both[1])],
+  });
+  const averaged = (name: string, of: (ride: RideSummary) => number | null | undefined, words: (mean: number) => string): Compared =>
+    row(name, (rides) => {
+      const known = rides.map(of).filter((each): each is number => each !== null && each !== undefined);
+      return known.length > 0 ? words(known.reduce((sum, each) => sum + each, 0) / known.length) : "";
+    });
+  const measures = SHOWN.map((key) =>
+    averaged(t(`measure.${key}` as Key), ({ measures }) => measures[key], (mean) => inUnit(mean, MEASURES[key].unit)),
+  );
+  return [
+    row(t("compare.rides"), (rides) => num(rides.length, 0)),
+    row(t("compare.arrived"), (rides) => num(rides.filter(({ outcome }) => outcome === "arrived").length, 0)),
+    averaged(t("ride.time"), (ride) => ride.duration, duration),
+    averaged(t("ride.distance"), (ride) => ride.length, metres),
+    averaged(t("ride.stops"), (ride) => ride.stops.length, (mean) => num(mean, 1)),
+    averaged(t("ride.rating"), (ride) => ride.rating, (mean) => t("ride.of5", { n: num(mean, 1) })),
+    ...measures.filter(({ values }) => values.some(Boolean)),
+  ];
+}
+
 function termOf(key: MeasureName): string {
   const term = `measure.${key}.term`;
   return isKey(term) ? t(term) : "";
@@ -93,8 +124,8 @@ export function outcome(ride: Pick<RideSummary, "outcome" | "destination">): str
 }
 
 /** Target of a ride's distance from people that somebody came closer than; null: nobody did. */
-export function breach(ride: Pick<RideSummary, "limits" | "measures">): { nearest: number; target: number } | null {
-  const nearest = ride.measures["min_distance"];
+export function breach(ride: Pick<RideSummary, "limits" | "measures" | "nearest">): { nearest: number; target: number } | null {
+  const nearest = ride.measures["min_distance"] ?? ride.nearest ?? undefined;
   if (nearest === undefined || ride.limits.length === 0) return null;
   const target = Math.max(...ride.limits.map((each) => each.limits.min_distance));
   return nearest < target - 0.005 ? { nearest, target } : null;
