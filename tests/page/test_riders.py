@@ -8,6 +8,7 @@ import zipfile
 import pytest
 from playwright.sync_api import expect
 
+from .served import held
 from .test_access import AXE, SIZES, STOP, TARGETS, faults, page_of, unreached
 
 HTML = "<img src=x onerror=alert(1)><b>left hand</b>"
@@ -78,6 +79,35 @@ def data(chair):
 @pytest.fixture
 def therapist(riders, chair, data):
     return Therapist(riders, chair)
+
+
+def test_stop_is_above_every_dialog(therapist, riders, data):
+    """There it takes the first press, and Tab comes to it; Esc is STOP as ever."""
+    session(data, 1, "")
+    page, rider = therapist.page, therapist.rider
+    page.reload()
+    therapist.add(NAMES[0])
+    driver = riders()
+    driver.take()
+    openers = therapist.row(NAMES[0]).get_by_role("button", name="Delete…"), rider.button("Delete all…")
+    for opener in openers:
+        opener.click()
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_be_visible()
+        stop = page.evaluate(STOP)
+        assert (stop["count"], stop["inside"], stop["top"]) == (1, True, True)
+        assert unreached(rider) == []
+        box = page.get_by_text("STOP", exact=True).bounding_box()
+        driver.go_on()
+        page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        driver.until(lambda state: held(state) and state["link"] == "confirm")
+        expect(dialog).to_be_visible()
+        driver.go_on()
+        page.keyboard.press("Escape")
+        driver.until(lambda state: held(state) and state["link"] == "confirm")
+        expect(dialog).to_have_count(0)
+        expect(opener).to_be_focused()
+    therapist.delete(NAMES[0])
 
 
 def test_wrong_input_is_named_and_nothing_is_stored(therapist, data):

@@ -38,10 +38,10 @@ describe("reach", () => {
     expect(rows[1]?.elements).toHaveLength(5);
   });
 
-  it("reaches nothing behind an open dialog", () => {
-    document.body.innerHTML = `<button data-scan>behind</button>
+  it("reaches nothing but STOP behind an open dialog", () => {
+    document.body.innerHTML = `<button data-scan>behind</button><button data-stop data-scan="last">STOP</button>
       <dialog open><button data-scan>in it</button></dialog>`;
-    expect(reach(document).map((each) => each.label)).toEqual(["in it"]);
+    expect(reach(document).map((each) => each.label)).toEqual(["in it", "STOP"]);
   });
 
   it("knows an element again", () => {

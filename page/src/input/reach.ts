@@ -17,12 +17,13 @@ let made = 0;
 /** Items that switches can reach on the page, in highlighting order.
  *
  * Elements with `data-scan`, those in one `data-scan-group` together. `data-scan="first"` comes
- * before `"drive"`, and that before the rest. Behind an open dialog nothing is reached. */
+ * before `"drive"`, and that before the rest. Behind an open dialog only STOP is reached. */
 export function reach(document: Document): Reached[] {
   const dialogs = document.querySelectorAll<HTMLElement>("dialog[open]");
   const root = dialogs[dialogs.length - 1] ?? document;
   const found = new Map<Element, Reached & { items?: Reached[] }>();
-  for (const element of root.querySelectorAll<HTMLElement>("[data-scan]")) {
+  const outside = root === document ? [] : document.querySelectorAll<HTMLElement>("[data-stop][data-scan]");
+  for (const element of [...root.querySelectorAll<HTMLElement>("[data-scan]"), ...outside]) {
     if (!isThere(element)) continue;
     const choice = { key: keyOf(element), label: labelOf(element), elements: [element] };
     const group = element.closest<HTMLElement>("[data-scan-group]");

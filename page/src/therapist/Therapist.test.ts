@@ -28,7 +28,7 @@ beforeEach(() => {
     return new Response(JSON.stringify(said), { status });
   });
   // jsdom knows dialogs, but not how to show them
-  HTMLDialogElement.prototype.showModal = function () {
+  HTMLDialogElement.prototype.show = function () {
     this.open = true;
   };
   HTMLDialogElement.prototype.close = function () {
