@@ -5,6 +5,7 @@ import { t } from "./i18n/text.svelte";
 import { link, PRICE_WITHIN, type Answer } from "./link";
 import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
+import { avoidWish, viaWish, type Where } from "./wishes";
 import type { PlaceInfo, WishPreview, AddWish } from "./messages";
 
 export type Tool = "look" | "this-way" | "not-this-way";
@@ -28,8 +29,6 @@ export interface Proposal {
 
 /** After this way a price is asked for anew, m: it is told from where the chair is. */
 const STALE = 3;
-/** Radius of the area to avoid about a place, m. */
-const BY = 1.5;
 
 export class MapSelection {
   tool = $state<Tool>("look");
@@ -64,12 +63,14 @@ export class MapSelection {
     }
   }
 
-  by(point: Point, name: string): Promise<void> {
-    return this.propose({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }));
+  by(place: Where): Promise<void> {
+    const { wish, words } = viaWish(place);
+    return this.propose(wish, words);
   }
 
-  notBy(point: Point, name: string): Promise<void> {
-    return this.propose({ kind: "avoid", points: [point], radius: BY }, t("trip.avoid", { name }));
+  notBy(place: Where): Promise<void> {
+    const { wish, words } = avoidWish(place);
+    return this.propose(wish, words);
   }
 
   /** Wishes that were made while there was no trip: they are of the next one. */

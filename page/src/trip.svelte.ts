@@ -5,21 +5,16 @@ import { t } from "./i18n/text.svelte";
 import { inputs } from "./input/live";
 import { link, PRICE_WITHIN } from "./link";
 import { selection } from "./mapSelection.svelte";
-import type { RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
+import type { Notice, RouteUpdate, RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
 import { mapView } from "./map/mapView.svelte";
-import { drawn, zoneOf } from "./map/strokes";
+import { distance, drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
 import { passed } from "./passed.svelte";
 import { remember } from "./places";
+import { avoidWish, named, notAvoided, viaWish, type Where, type Wished } from "./wishes";
+import { metres } from "./words";
 
 export type To = { readonly place: string } | { readonly point: Point };
-
-export interface Wished {
-  readonly wish: Required<RouteWish>;
-  readonly words: string;
-  /** Name of the place to go via, if it is one. */
-  readonly by?: string;
-}
 
 /** A trip that is looked at before it begins. */
 export interface Draft {
@@ -41,16 +36,16 @@ export interface Draft {
 
 /** After this way the routes are planned anew: lengths and prices are told from where the chair is, m. */
 const STALE = 3;
-/** Radius of the area to avoid about a place, m. */
-const AVOIDED = 1.5;
-/** A point so near to a place's own is the place, m. */
-const SAME_PLACE = 0.05;
+/** A point so near to another one is the same, m. */
+const SAME_POINT = 0.05;
 /** Waiting times before the attempts that follow an unanswered one, ms (assumed); after the last it is the rider's turn. */
 const AGAIN = [2_000, 6_000, 15_000] as const;
 /** Refusals that say nothing about the trip itself. */
 const UNANSWERED = new Set(["no_answer", "link_lost", "preview_failed", "too_many_requests"]);
 /** A place counts as visited within this, m (assumed): a chair's length. */
 const VISITED = 1;
+/** What begins anew, for another person: nothing of before is of their trip. */
+const ANEW = new Set(["rider_chosen", "simulation_restarted"]);
 
 export class Trip {
   draft = $state.raw<Draft | null>(null);
@@ -62,6 +57,7 @@ export class Trip {
   /** Attempts in a row without an answer, and when the next one is due, ms. */
   #failed = 0;
   #again = Infinity;
+  #notice: Notice | null = null;
 
   constructor() {
     selection.drawing = (line, avoided) => {
@@ -83,27 +79,35 @@ export class Trip {
     return chair.goal !== null && !chair.state?.arrived;
   }
 
-  /** How far from the k-th wish the first route stays, m; null: it is no point to go via, or unknown. */
-  missed(k: number): number | null {
-    const { draft } = this;
-    if (!draft?.plans || draft.wishes[k]?.wish.kind !== "attract") return null;
-    const before = draft.wishes.slice(0, k).filter(({ wish }) => wish.kind === "attract");
-    const first = before.reduce((sum, { wish }) => sum + wish.points.length, 0);
-    const all = draft.plans.closest.slice(first, first + draft.wishes[k].wish.points.length);
-    const most = Math.max(0, ...all);
-    return most > VISITED ? most : null;
+  /** What the map shows of the chair's way: before a change holds, its wishes and none that it removes. */
+  readonly shown = $derived.by((): RouteUpdate => {
+    const { proposal } = selection;
+    if (this.draft) return { ...chair.route, wishes: numbered(this.draft.wishes.map(({ wish }) => wish)) };
+    return proposal ? { ...chair.route, wishes: numbered([...chair.route.wishes, proposal.wish]) } : chair.route;
+  });
+
+  /** That the best route does not keep the k-th wish, and what it does instead; empty: it keeps it, or nobody knows. */
+  unkept(k: number): string {
+    const { wishes = [], plans, outdated } = this.draft ?? {};
+    const wish = wishes[k]?.wish;
+    if (!wish || !plans || outdated) return "";
+    const before = wishes.slice(0, k).filter((each) => each.wish.kind === wish.kind);
+    if (wish.kind === "avoid") return notAvoided(plans.through[before.length] ?? 0);
+    if (wish.kind !== "attract") return "";
+    const first = before.reduce((sum, each) => sum + each.wish.points.length, 0);
+    const most = Math.max(0, ...plans.closest.slice(first, first + wish.points.length));
+    return most > VISITED ? t("trip.missed", { metres: metres(most) }) : "";
   }
 
   /**
    * Opens the overview; where the therapist allows it, the chair sets off at once.
    *
-   * Another destination keeps the wishes of a trip that has not begun, and of one under way what is
-   * to be avoided: its places on the way were of that trip only. A wish that was made while there was
-   * no trip is of this one.
+   * Another destination keeps the wishes of a trip that has not begun; those of one under way end with
+   * it. A wish that was made while there was no trip is of this one.
    */
   choose(to: To, name: string, wishes: readonly Wished[] = this.#kept()): Promise<void> {
     selection.cancel();
-    if (chair.rider?.start_at_once) return this.#go(to, name, null);
+    if (chair.rider?.start_at_once) return this.#go(to, name, wishes.map(({ wish }) => wish));
     this.draft = {
       to, name, wishes, plans: null, chosen: 0, trouble: "", unanswered: false, from: null, busy: true, outdated: false,
     };
@@ -127,23 +131,23 @@ export class Trip {
     if (this.draft) this.draft = { ...this.draft, chosen };
   }
 
-  via(point: Point, name: string): Promise<void> {
-    return this.add({ kind: "attract", points: [point], radius: 0, visit: true }, t("trip.via", { name }), name);
+  via(place: Where): Promise<void> {
+    return this.add(viaWish(place));
   }
 
-  avoid(point: Point, name: string): Promise<void> {
-    return this.add({ kind: "avoid", points: [point], radius: AVOIDED, visit: false }, t("trip.avoid", { name }));
+  avoid(place: Where): Promise<void> {
+    return this.add(avoidWish(place));
   }
 
   /** A line was drawn while the overview is open. */
   stroke(line: readonly Point[], avoided: boolean): Promise<void> {
     return avoided
-      ? this.add({ kind: "avoid", ...zoneOf(line), visit: false }, t("trip.avoidArea"))
-      : this.add({ kind: "stroke", points: drawn(line), radius: 0, visit: false }, t("trip.followLine"));
+      ? this.add({ wish: { kind: "avoid", ...zoneOf(line), visit: false }, words: t("trip.avoidArea") })
+      : this.add({ wish: { kind: "stroke", points: drawn(line), radius: 0, visit: false }, words: t("trip.followLine") });
   }
 
-  add(wish: Required<RouteWish>, words: string, by = ""): Promise<void> {
-    return this.#wish((wishes) => [...wishes, { wish, words, by }]);
+  add(wished: Wished): Promise<void> {
+    return this.#wish((wishes) => [...wishes, wished]);
   }
 
   remove(k: number): Promise<void> {
@@ -186,6 +190,10 @@ export class Trip {
 
   /** Looks, from time to time, whether what is shown is old. */
   look(): void {
+    if (chair.notice !== this.#notice) {
+      this.#notice = chair.notice;
+      if (ANEW.has(chair.notice?.code ?? "")) this.#anew();
+    }
     const { draft } = this;
     const { state } = chair;
     if (!draft || !state) return;
@@ -228,8 +236,13 @@ export class Trip {
     if (name) remember(name);
   }
 
+  #anew(): void {
+    this.close();
+    selection.ahead = [];
+  }
+
   #kept(): readonly Wished[] {
-    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid" || isAhead(wish));
+    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => isAhead(wish));
   }
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
@@ -272,28 +285,19 @@ function plannable(): boolean {
 
 /** Wishes that hold already: a changed trip keeps them until they are removed, or are behind the chair. */
 function activeWishes(): readonly Wished[] {
-  const words = { attract: "trip.viaPoint", avoid: "trip.avoidArea", stroke: "trip.followLine" } as const;
-  return chair.route.wishes.filter((wish) => !passed.has(wish)).map(({ kind, points, radius, visit }) => {
-    const by = kind === "attract" ? viaName(points) : "";
-    return {
-      wish: { kind, points: points.map(([x, y]) => [x, y] as const), radius, visit },
-      words: by ? t("trip.via", { name: by }) : t(words[kind]),
-      by,
-    };
-  });
+  const holding = chair.route.wishes.filter((wish) => !passed.has(wish));
+  return holding.map(({ kind, points, radius, visit }) => named({ kind, points, radius, visit }, chair.scene?.places ?? []));
+}
+
+function numbered(wishes: readonly RouteWish[]): RouteUpdate["wishes"] {
+  return wishes.map(({ kind, points, radius = 0, visit = false }, id) => ({ id, kind, points, radius, visit }));
 }
 
 /** True of a wish that was made while there was no trip. */
 function isAhead({ kind, points: [at] }: RouteWish): boolean {
   return selection.ahead.some(({ kind: like, points: [here] }) => {
-    return like === kind && at && here && Math.hypot(at[0] - here[0], at[1] - here[1]) < SAME_PLACE;
+    return like === kind && at && here && distance(at, here) < SAME_POINT;
   });
-}
-
-/** The name of a place to go via is kept while the trip is under way. */
-function viaName(points: readonly Point[]): string {
-  const [x, y] = points[0] ?? [NaN, NaN];
-  return chair.scene?.places.find((each) => Math.hypot(each.x - x, each.y - y) < SAME_PLACE)?.name ?? "";
 }
 
 export const trip = new Trip();

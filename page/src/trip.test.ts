@@ -1,15 +1,16 @@
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "./chair.svelte";
 import { link, type Question } from "./link";
-import type { ChairState, FromPage, RideEnded, RiderSettings, RouteUpdate, TripPlans } from "./messages";
+import type { ChairState, FromPage, PlaceInfo, RideEnded, RiderSettings, RouteUpdate, TripPlans } from "./messages";
 import { selection } from "./mapSelection.svelte";
 import { trip } from "./trip.svelte";
+import { avoidWish, named, viaWish } from "./wishes";
 
 const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start_at_once: false, switches: null };
 const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 };
 const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null, figures: FIGURES };
 const PLANS: TripPlans = {
-  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], learned: false,
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], through: [3], learned: false,
   routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
 };
 
@@ -61,10 +62,10 @@ describe("a trip", () => {
     expect(goals()).toMatchObject([{ wishes: [{ kind: "attract", points: [[4, 3]] }] }]);
   });
 
-  it("keeps what is avoided, and no place on the way, for another destination", async () => {
+  it("keeps no wish of the trip before for another destination", async () => {
     chair.route = { ...chair.route, wishes: [wish("attract"), wish("avoid")] };
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
+    expect(trip.draft!.wishes).toEqual([]);
     trip.close();
     state({ goal: { x: 9, y: 0, name: "Ward 4" } });
     await trip.change();
@@ -87,7 +88,7 @@ describe("a trip", () => {
 
   it("does not begin by routes of other wishes", async () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    const planned = trip.via([4, 3], "Laboratory");
+    const planned = trip.via({ name: "Laboratory", x: 4, y: 3 });
     await trip.start();
     expect(goals()).toEqual([]);
     await planned;
@@ -97,7 +98,7 @@ describe("a trip", () => {
 
   it("is kept when its overview is hidden, and for another place, until it is cancelled or begins", async () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    await trip.via([4, 3], "Laboratory");
+    await trip.via({ name: "Laboratory", x: 4, y: 3 });
     trip.hide();
     expect(trip.open).toBe(false);
     expect(trip.draft).toMatchObject({ name: "Ward 4", wishes: [{ wish: { kind: "attract" } }] });
@@ -149,7 +150,7 @@ describe("a trip", () => {
 
   it("is planned anew when a wish is added or the chair has gone on", async () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    await trip.via([2, 2], "Laboratory");
+    await trip.via({ name: "Laboratory", x: 2, y: 2 });
     expect(asked).toHaveLength(2);
     state({ pose: [2, 0, 0] });
     trip.look();
@@ -162,17 +163,66 @@ describe("a trip", () => {
 
   it("goes to a place on the way, and says by how much it does not get there", async () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    await trip.via([2, 2], "Laboratory");
-    await trip.avoid([5, 5], "Store");
-    await trip.via([3, 3], "Pharmacy");
+    await trip.via({ name: "Laboratory", x: 2, y: 2 });
+    await trip.avoid({ name: "Store", x: 5, y: 5 });
+    await trip.via({ name: "Pharmacy", x: 3, y: 3 });
     expect(asked.at(-1)).toMatchObject({ wishes: [{ visit: true }, { kind: "avoid" }, { visit: true }] });
-    expect([0, 1, 2].map((k) => trip.missed(k))).toEqual([null, null, 2.4]);
+    expect([0, 1, 2].map((k) => trip.unkept(k))).toEqual([
+      "",
+      "cannot be avoided: 3.0 m of the best route lead through it",
+      "cannot be reached; passes it at 2.4 m",
+    ]);
   });
 
   it("sets off at once where the therapist allows it", async () => {
     chair.rider = { ...RIDER, start_at_once: true };
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4" }]);
+    expect(goals()).toEqual([{ type: "set_goal", place: "Ward 4", wishes: [], choice: null }]);
+  });
+
+  it("shows the wishes on display, and none that was removed", async () => {
+    chair.route = { ...chair.route, wishes: [wish("avoid")] };
+    state({ goal: { x: 9, y: 0, name: "Ward 4" } });
+    expect(trip.shown).toBe(chair.route);
+    await trip.change();
+    await trip.remove(0);
+    await trip.avoid({ name: "Hall", x: 5, y: 5, area: HALL });
+    expect(trip.shown.wishes.map(({ points }) => points)).toEqual([HALL]);
+    trip.close();
+    expect(trip.shown).toBe(chair.route);
+    const proposed = selection.notBy({ name: "Store", x: 1, y: 1 });
+    expect(trip.shown.wishes.map(({ points }) => points)).toEqual([[[4, 3]], [[1, 1]]]);
+    await proposed;
+    selection.cancel();
+    chair.route = { ...chair.route, wishes: [] };
+  });
+
+  it.each(["rider_chosen", "simulation_restarted"])("is of one person: %s ends it", async (code) => {
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    await trip.avoid({ name: "Hall", x: 5, y: 5, area: HALL });
+    selection.ahead = [wish("avoid")];
+    chair.heard({ type: "notice", code, text: "" });
+    trip.look();
+    expect([trip.draft, trip.open, selection.ahead]).toEqual([null, false, []]);
+  });
+});
+
+const HALL: PlaceInfo["area"] = [[0, 4], [9, 4], [9, 6], [0, 6]];
+
+describe("a wish about a place", () => {
+  const places: PlaceInfo[] = [{ name: "Hall", x: 5, y: 5, area: HALL }, { name: "Desk", x: 2, y: 5, area: [] }];
+
+  it("to avoid it covers all of it, or says how much where it has no outline", () => {
+    const [hall, desk] = places.map(avoidWish);
+    expect(hall).toMatchObject({ wish: { points: HALL, radius: 0 }, words: "Avoid Hall" });
+    expect(desk).toMatchObject({ wish: { points: [[2, 5]], radius: 1.5 }, words: "Avoid Desk: 1.5 m about it" });
+  });
+
+  it("keeps its words while it holds", () => {
+    for (const made of [...places.map(avoidWish), ...places.map(viaWish)]) expect(named(made.wish, places)).toEqual(made);
+    const area = { kind: "avoid" as const, points: [[2, 5], [3, 5], [3, 6]] as [number, number][], radius: 0, visit: false };
+    expect(named(area, places).words).toBe("Avoid this area, by Desk");
+    expect(named({ ...area, points: [[90, 5], [93, 5]] }, places).words).toBe("Avoid this area");
   });
 });
 

@@ -139,7 +139,7 @@ export function detour(extra: number): string {
 
 /** What wishes cost, by their names; more than two are counted. */
 export function wishesCost(wishes: readonly { readonly words: string; readonly by?: string }[], extra: number): string {
-  const cost = detour(extra);
+  const cost = detour(Math.max(0, extra));
   if (wishes.length > 2) return t("trip.wishesCost", { n: wishes.length, detour: cost });
   const names = wishes.map(({ by }) => by ?? "");
   if (names.every(Boolean)) return t("trip.byCost", { names: names.join(", "), detour: cost });
@@ -147,7 +147,7 @@ export function wishesCost(wishes: readonly { readonly words: string; readonly b
 }
 
 export function price(preview: Pick<WishPreview, "extra_length" | "length">): string {
-  return t("trip.price", { detour: detour(preview.extra_length), length: metres(preview.length) });
+  return t("trip.price", { detour: detour(Math.max(0, preview.extra_length)), length: metres(preview.length) });
 }
 
 export function minutes(seconds: number): string {

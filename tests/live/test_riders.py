@@ -186,7 +186,11 @@ class Desk:
 
         self.riders = RiderChoice(
             self.store, self.settings, self.driver, SimpleNamespace(end=self.ended.append),
-            SimpleNamespace(cycle=Cycle(), call=lambda call: call()),
+            SimpleNamespace(
+                cycle=Cycle(),
+                call=lambda call: call(),
+                announce=lambda code, _: self.log.append(("notice", {"code": code})),
+            ),
             log_event=lambda who, what, **said: self.log.append((what, said)),
             announce=lambda: self.log.append(("told", {})),
             modes=tuple(Mode),
@@ -212,6 +216,8 @@ def test_the_preset_of_who_is_chosen_is_in_force_and_stays_with_the_program_s_en
     assert (again.person, again.limits, again.rider) == (made.id, CALM, PRESET.settings)
     desk.riders.choose(made.id, "t")
     assert desk.ended == ["cancelled"]  # the same rider goes on
+    notices = [said["code"] for what, said in desk.log if what == "notice"]
+    assert notices == ["rider_chosen"]  # the pages forget the trip that was being chosen, once
 
 
 def test_who_rode_last_rides_on_and_a_rider_that_is_gone_does_not(desk, tmp_path):

@@ -138,6 +138,15 @@ def test_a_goal_outside_on_a_wall_or_in_the_unknown_is_refused():
     assert refused.value.code == "goal_blocked"
 
 
+def test_an_area_is_avoided_or_it_is_told_how_much_of_the_route_is_within():
+    top, all_ways = (
+        Wish(kind="avoid", points=np.array([(8.0, y), (12.0, y), (12.0, z), (8.0, z)]))
+        for y, z in ((10.0, 12.0), (0.0, 12.0))
+    )
+    assert asked(wishes=(top,)).through == (0.0,)
+    assert asked(wishes=(top, all_ways)).through == (0.0, pytest.approx(4.0, abs=0.2))
+
+
 def test_a_trip_replaces_destination_and_wishes_at_once():
     goal = Destination(name="Ward 3", x=1.0, y=2.0)
     wish = wish_of(RouteWish(kind="attract", points=((1.0, 1.0),)), 4)

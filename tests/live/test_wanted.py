@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import InvalidProblem, MapError
+from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission, check_wish, goal_of, request_of, wish_of
 from cohelm.live.messages import AddWish, Destination, FloorInfo, Limits, RiderSettings
 from cohelm.maps import NamedPlace, Places
@@ -63,6 +64,28 @@ def test_wishes_are_taken_back_one_by_one_or_all_at_once():
     assert mission.without_wish(None, every=True).wishes == ()
     assert mission.without_wish(9).wishes == mission.wishes
     assert asked(mission).wishes[1].points.tolist() == [[2.0, 0.0]]
+
+
+def test_wishes_end_with_their_trip_and_those_before_a_trip_are_of_it():
+    wish = wish_of(AddWish(kind="avoid", points=((1.0, 0.0),), radius=1.0), 1)
+    ahead = Mission().with_wish(wish)
+    trip = ahead.with_goal(WARD)
+    assert trip.wishes == (wish,)
+    assert trip.with_goal(WARD).wishes == ()
+    assert trip.with_goal(None).wishes == ()
+    driver = DriverState(mission=ahead)
+    driver.forget_wishes()
+    assert driver.mission.wishes == ()
+    driver.mission = trip
+    driver.forget_wishes()  # a trip under way keeps them, whoever drives
+    assert driver.mission == trip
+    driver.arrive()
+    assert driver.mission.wishes == ()
+
+
+def test_the_outline_of_a_large_place_is_no_line_that_is_too_long():
+    points = ((0.0, 0.0), (8.0, 0.0), (8.0, 5.0), (0.0, 5.0)) * 20
+    check_wish(AddWish(kind="avoid", points=points), FLOOR)
 
 
 def test_every_change_of_the_way_is_a_new_version():

@@ -194,7 +194,7 @@ class ControlLoop:
         _log.exception("the control loop has failed")
         self.error = "The control loop has failed; see the log."
         self._stop_after_failure()
-        self._announce("loop_failed", text)
+        self.announce("loop_failed", text)
         while not self._closing.wait(STEP):
             self._run_calls()
             self._stop_after_failure()
@@ -244,7 +244,7 @@ class ControlLoop:
             self.cycle.navigator_restarted()
             if self._navigator.starts > 1:
                 self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
-                self._announce("navigator_ready", "The navigator is ready again.")
+                self.announce("navigator_ready", "The navigator is ready again.")
         self._handle_lost_navigator()
         if now >= self._next_retry:
             self._next_retry = now + RETRY_PERIOD
@@ -268,7 +268,7 @@ class ControlLoop:
         self._log_event("chair", "navigator_lost", reason=lost)
         if self._navigator.gave_up:
             self.error = "The navigator does not start; see the log."
-            self._announce("navigator_failed", "The navigator does not start. Stopped.")
+            self.announce("navigator_failed", "The navigator does not start. Stopped.")
             return
         text = "The navigator has failed and restarts."
         unanswered = self._navigator.unanswered
@@ -276,7 +276,7 @@ class ControlLoop:
         if unanswered is not None and unanswered.mission_version != self.cycle.answered_mission:
             self._driver.clear_mission()
             text = "The navigator has failed. It restarts without destination and wishes."
-        self._announce("navigator_lost", text)
+        self.announce("navigator_lost", text)
 
     def _install_world(self) -> None:
         try:
@@ -287,7 +287,7 @@ class ControlLoop:
             # The first one ends the drive, whose owner gets the error.
             _log.log(logging.INFO if first else logging.ERROR, "no world: %s", error)
             self.error, self.failure = (str(error), error) if first else ("", None)
-            self._announce(error.code, str(error))
+            self.announce(error.code, str(error))
             return
         if world is None:
             return
@@ -298,9 +298,8 @@ class ControlLoop:
         self._seed = seed = world.ride_setup.seed
         if again:
             self._log_event("chair", "simulation_restarted", seed=seed)
-            self._announce(
-                "simulation_restarted", f"The simulation has restarted with seed {seed}."
-            )
+            self.announce("simulation_restarted", f"The simulation has restarted with seed {seed}.")
 
-    def _announce(self, code: str, text: str) -> None:
+    def announce(self, code: str, text: str) -> None:
+        """Tell all pages of an event."""
         self._send(Notice(code=code, text=text), None)

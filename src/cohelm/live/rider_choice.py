@@ -138,6 +138,9 @@ class RiderChoice:
         in_force = self._settings.limits.model_dump()
         self._log_event(actor, "rider_chosen", before=before, rider=rider, limits=in_force)
         self._announce()
+        if rider != before:
+            text = "Another rider was chosen. Destination and wishes are cleared."
+            self._loop.announce("rider_chosen", text)
         return self.list()
 
     def delete(self, rider: str, actor: str) -> DeletedRider:

@@ -84,6 +84,7 @@ export const chair = {
   "notice.slow": "Dieser Rechner ist zu langsam für Echtzeit; die Simulation läuft langsamer.",
   "notice.control_lost": "Jetzt fährt ein anderer Bildschirm.",
   "notice.control_taken": "Jetzt fährt dieser Bildschirm, der andere nicht mehr.",
+  "notice.rider_chosen": "Jemand anderes wurde ausgewählt. Ziel und Wünsche sind gelöscht.",
   "notice.navigator_ready": "Die Navigation ist wieder bereit.",
   "notice.navigator_failed": "Die Navigation startet nicht. Angehalten.",
   "notice.loop_failed": "Das Programm ist ausgefallen. Angehalten.",

@@ -84,6 +84,7 @@ export const chair = {
   "notice.slow": "This computer is too slow for real time; the simulation runs slower.",
   "notice.control_lost": "Another screen drives now.",
   "notice.control_taken": "This screen drives now, and the other one no longer.",
+  "notice.rider_chosen": "Another rider was chosen. Destination and wishes are cleared.",
   "notice.navigator_ready": "The navigator is ready again.",
   "notice.navigator_failed": "The navigator does not start. Stopped.",
   "notice.loop_failed": "The program has failed. Stopped.",

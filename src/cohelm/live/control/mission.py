@@ -73,8 +73,12 @@ class Mission:
         return self.goal is not None and not self.mode.rider_drives
 
     def with_goal(self, goal: Destination | None) -> Mission:
-        """Return the mission with another destination, or with none."""
-        return replace(self, goal=goal, choice=None, version=self.version + 1)
+        """Return the mission with another destination, or with none.
+
+        Wishes end with their trip; those that were made before there was one are of the next.
+        """
+        wishes = self.wishes if self.goal is None else ()
+        return replace(self, goal=goal, wishes=wishes, choice=None, version=self.version + 1)
 
     def with_trip(
         self, goal: Destination, wishes: tuple[ActiveWish, ...], choice: RouteChoice | None = None
@@ -157,7 +161,8 @@ def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
     high = low + 2.0 * MARGIN + floor.resolution * np.array([floor.width, floor.height])
     if (points < low).any() or (points > high).any():
         raise InvalidProblem("The wish is outside the map.")
-    if float(np.hypot(*np.diff(points, axis=0).T).sum()) > MAX_LENGTH:
+    length = float(np.hypot(*np.diff(points, axis=0).T).sum())
+    if message.kind != "avoid" and length > MAX_LENGTH:  # the outline of a hall may be longer
         raise InvalidProblem("The line is too long.")
     if message.kind == "stroke" and len(points) < 2:
         raise InvalidProblem("A line to follow needs two points or more.")

@@ -104,7 +104,7 @@ class SetGoal(WireMessage):
     place: Name | None = None
     point: Point | None = None
     wishes: Wishes | None = None
-    """Replace the active wishes; None: they stay."""
+    """All wishes of the trip; None: those that were made since the last trip, if there is none."""
     choice: ChosenRoute | None = None
     """None: there was no choice."""
 

@@ -214,6 +214,8 @@ class WishPreview(WireMessage):
     """m."""
     extra_length: float = 0.0
     """Difference from the current route, m."""
+    through: float = 0.0
+    """Length of the route within the area to avoid, m; 0 for other wishes."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 
@@ -252,6 +254,8 @@ class TripPlans(WireMessage):
     """Additional length of the planner's own route due to the wishes, m."""
     closest: tuple[float, ...] = ()
     """Minimum distance of that route from each point to go via, in their order, m."""
+    through: tuple[float, ...] = ()
+    """Length of that route within each area to avoid, in their order, m."""
     learned: bool = False
     """The order is the rider's, learned from their choices; otherwise the planner's."""
     error: str = ""

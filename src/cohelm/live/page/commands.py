@@ -137,6 +137,7 @@ class CommandHandler:
     def disconnect(self, client: str) -> None:
         """Remove a page; if it drove, there is no driver now."""
         if client == self._driver.link.driver:
+            self._driver.forget_wishes()
             self._log_event(client, "control_released", reason="disconnected")
         self._therapists.discard(client)
         self._driver.link = driver_link.disconnect(self._driver.link, client)
@@ -177,6 +178,7 @@ class CommandHandler:
         )
         self._log_event(client, "control_taken", before=before)
         if before is not None:
+            driver.forget_wishes()
             text = "Another screen drives now."
             self._send(Notice(code="control_lost", text=text), before)
             text = "This screen drives now, and the other one no longer."
@@ -186,6 +188,7 @@ class CommandHandler:
     def _release_control(self, client: str, _: ReleaseControl, __: float) -> bool:
         if client == self._driver.link.driver:
             self._driver.link = driver_link.release_control(self._driver.link, client)
+            self._driver.forget_wishes()
             self._log_event(client, "control_released")
         return False
 

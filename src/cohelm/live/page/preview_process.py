@@ -35,6 +35,7 @@ from cohelm.planning.alternatives.alternatives import (
 from cohelm.planning.alternatives.features import FeatureParameters, route_features
 from cohelm.planning.alternatives.learned_preference import FeatureVector
 from cohelm.planning.alternatives.proposal import differences, preferred_order
+from cohelm.planning.costmap.layers.zones import distances_to_zone
 from cohelm.planning.planners.route import parameters_of
 from cohelm.planning.problem import prepare
 from cohelm.processes import end_with_owner, leave_interrupts
@@ -81,6 +82,7 @@ class TripAnswer:
     routes: tuple[TripRoute, ...] = ()
     extra_length: float = 0.0
     closest: tuple[float, ...] = ()
+    through: tuple[float, ...] = ()
     learned: bool = False
     error: str = ""
 
@@ -96,6 +98,8 @@ class PreviewAnswer:
     """m."""
     extra_length: float = 0.0
     """Difference from the route without the wish, m."""
+    through: float = 0.0
+    """Length of the route within the area to avoid, m."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 
@@ -186,6 +190,7 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
         points=route_view(path).points,
         length=round(path.length, 2),
         extra_length=round(path.length - current.length, 2) if current is not None else 0.0,
+        through=sum(_through(path, (request.wish,))),
     )
 
 
@@ -237,7 +242,15 @@ def plan_trip(
         learned=weights is not None,
         extra_length=round(found[0].path.wishes.extra_length, 2),
         closest=tuple(found[0].path.wishes.closest.round(2).tolist()),
+        through=_through(found[0].path, request.wishes),
     )
+
+
+def _through(path: Path, wishes: tuple[Wish, ...]) -> tuple[float, ...]:
+    """Lengths of a path within each area to avoid, m."""
+    points = resample(path.points, 0.1)
+    inside = [distances_to_zone(w, points) < 0.0 for w in wishes if w.kind == "avoid"]
+    return tuple(round(path.length * float(each.mean()), 2) for each in inside)
 
 
 def _path_by(

@@ -144,6 +144,7 @@ class RoutePreview:
                 points=message.points,
                 length=message.length,
                 extra_length=message.extra_length,
+                through=message.through,
                 error=message.error,
             )
             self._send(answer, message.client)
@@ -153,6 +154,7 @@ class RoutePreview:
                 routes=message.routes,
                 extra_length=message.extra_length,
                 closest=message.closest,
+                through=message.through,
                 learned=message.learned,
                 error=message.error,
             )

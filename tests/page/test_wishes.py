@@ -1,0 +1,57 @@
+"""Wishes about the route: what they cover, what is said of them, and when they end."""
+
+import re
+
+import numpy as np
+from playwright.sync_api import expect
+
+from cohelm.geometry import distance_to_polygon, resample
+
+from .test_choosing import ways
+
+
+def wish_for(rider, place, name="Avoid"):
+    rider.press("Go via, avoid, draw…")
+    rider.page.get_by_label("Choose a place").select_option(place)
+    rider.press(name)
+
+
+def within(points, area):
+    """Length of a route within an area, m."""
+    close = resample(points, 0.1)
+    return 0.1 * sum(distance_to_polygon(area, x, y) < 0.0 for x, y in close)
+
+
+def test_a_place_to_avoid_is_all_of_it_and_of_this_trip_only(rider, chair):
+    """The Cafeteria is reached by the south corridor alone; its last metres cannot be avoided."""
+    area = next(each["area"] for each in chair.scene["places"] if each["name"] == "South corridor")
+    rider.look_at("Cafeteria")
+    wish_for(rider, "South corridor")
+    wish = rider.page.get_by_role("listitem").filter(has_text="Avoid South corridor")
+    told = re.compile(r"cannot be avoided: [\d.]+ m of the best route lead through it")
+    expect(wish).to_contain_text(told, timeout=60_000)
+    rider.until_button("Start")
+    rider.press("Start")
+    way = ways(chair, lambda way: way["wishes"] and way["extra_length"] > 5.0)
+    assert [each["points"] for each in way["wishes"]] == [area]
+    assert within(np.array(way["points"]), np.array(area)) < 6.0  # of 24
+
+    rider.show("Route")
+    rider.sees("1. Avoid South corridor")
+    rider.press("Cancel trip")
+    ways(chair, lambda way: not way["wishes"])
+    rider.look_at("Ward 2")
+    expect(rider.button(re.compile("^Remove: "))).to_have_count(0)
+
+
+def test_a_wish_made_before_a_trip_ends_with_who_made_it(riders, chair):
+    rider, other = riders(), riders()
+    rider.sees("No driver.")
+    rider.take()
+    rider.show("Route")
+    rider.page.get_by_label("Or choose a place").select_option("Laboratory")
+    rider.press("Avoid")
+    rider.press("Use this route")
+    ways(chair, lambda way: way["wishes"])
+    other.press("Drive from this screen")
+    ways(chair, lambda way: not way["wishes"])
