@@ -22,4 +22,12 @@ describe("names on the map", () => {
     expect(shown[0]).toMatchObject({ x: 0, y: 0 });
     expect(shown[1]?.y).not.toBe(0);
   });
+
+  it("lie where they cover the fewest walls, and stay there while the map turns", () => {
+    const wall = ({ y }: { y: number }): number => (Math.abs(y) < 10 ? 1 : 0);
+    const [one] = placed([label("a", 0)], [], wall);
+    expect(Math.abs(one!.y)).toBeGreaterThan(10);
+    const [again] = placed([label("a", 0)], [one!], () => 0);
+    expect(again!.aside).toBe(one!.aside);
+  });
 });

@@ -17,32 +17,38 @@ export interface Placed {
   readonly aside: number;
 }
 
-/** On its point, or a little above, below, right or left of it: the first that is free. */
+/** On its point, or above, below, right or left of it, in widths and heights of the label. */
 const ASIDE: readonly (readonly [number, number])[] = [
-  [0, 0],
-  [0, -0.8],
-  [0, 0.8],
-  [0.6, 0],
-  [-0.6, 0],
+  [0, 0], [0, -0.8], [0, 0.8], [0.6, 0], [-0.6, 0], [0, -1.6], [0, 1.6],
+  [0.6, -1.2], [-0.6, -1.2], [0.6, 1.2], [-0.6, 1.2],
 ];
+/** Cost of each place further down that list, and of any but the one before: on a map that turns, names do not jump. */
+const FURTHER = 0.01;
+const ELSEWHERE = 0.1;
 /** Room between two names, px: half of it above one another, twice that side by side, where they would read as one. */
 const AIR = 4;
 
-/** The labels that find room, those that come first before the others; where they lay before, if
- * that is free: on a map that turns, names do not jump. */
-export function placed(labels: readonly Label[], before: readonly Placed[] = []): Placed[] {
+/** The labels that find room, those that come first before the others; each where it lies on the fewest walls.
+ * walled: the part of a label that lies on walls, 0…1. */
+export function placed(
+  labels: readonly Label[], before: readonly Placed[] = [], walled: (one: Placed) => number = () => 0,
+): Placed[] {
   const was = new Map(before.map((each) => [each.label.name, each.aside]));
   // Those that were shown come first, so that none comes and goes with every step of a turn.
   const order = [...labels].sort((a, b) => Number(was.has(b.name)) - Number(was.has(a.name)));
   const done: Placed[] = [];
   for (const label of order) {
     const first = was.get(label.name) ?? 0;
-    for (const aside of [first, ...ASIDE.keys()]) {
+    let best: Placed | null = null;
+    let least = Infinity;
+    for (const aside of ASIDE.keys()) {
       const one = at(label, aside);
-      if (done.some((other) => overlap(one, other))) continue;
-      done.push(one);
-      break;
+      const fixed = FURTHER * aside + (aside === first ? 0 : ELSEWHERE);
+      if (fixed >= least || done.some((other) => overlap(one, other))) continue;
+      const cost = fixed + walled(one);
+      if (cost < least) [best, least] = [one, cost];
     }
+    if (best) done.push(best);
   }
   return done;
 }
@@ -73,7 +79,7 @@ export function covers(label: Pick<Label, "width" | "height">, x: number, y: num
 }
 
 /** Width of a tool of the map with its gap, px. */
-const TOOL = 66;
+const TOOL = 50;
 
 /** Where the row of tools of a low map lies. bottom: of what no card or sheet covers, px. */
 export function underTools(width: number, bottom: number): Disc[] {
