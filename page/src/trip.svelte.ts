@@ -64,10 +64,7 @@ export class Trip {
   #again = Infinity;
 
   constructor() {
-    selection.drawing = (line, avoided) => {
-      if (this.draft) void this.stroke(line, avoided);
-      return this.draft !== null;
-    };
+    selection.drawing = (line, avoided) => void this.stroke(line, avoided);
   }
 
   readonly routes = $derived<readonly TripRoute[]>(this.draft?.plans?.routes ?? []);
@@ -98,12 +95,15 @@ export class Trip {
    * Opens the overview; where the therapist allows it, the chair sets off at once.
    *
    * Another destination keeps the wishes of a trip that has not begun, and of one under way what is
-   * to be avoided: its places on the way were of that trip only. A wish that was made while there was
-   * no trip is of this one.
+   * to be avoided: its places on the way were of that trip only.
    */
   choose(to: To, name: string, wishes: readonly Wished[] = this.#kept()): Promise<void> {
     selection.cancel();
     if (chair.rider?.start_at_once) return this.#go(to, name, null);
+    return this.#look(to, name, wishes);
+  }
+
+  #look(to: To, name: string, wishes: readonly Wished[]): Promise<void> {
     this.draft = {
       to, name, wishes, plans: null, chosen: 0, trouble: "", unanswered: false, from: null, busy: true, outdated: false,
     };
@@ -111,11 +111,12 @@ export class Trip {
     return this.again();
   }
 
-  /** The overview of the trip that is under way. */
-  change(): Promise<void> {
+  /** The overview of the trip that is under way, with one more wish or none. */
+  change(...more: readonly Wished[]): Promise<void> {
     const { goal } = chair;
     if (this.draft || !goal) return Promise.resolve(this.show());
-    return this.choose(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, activeWishes());
+    selection.cancel();
+    return this.#look(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, [...activeWishes(), ...more]);
   }
 
   /** True if the unanswered question is asked again without the rider. */
@@ -135,7 +136,7 @@ export class Trip {
     return this.add({ kind: "avoid", points: [point], radius: AVOIDED, visit: false }, t("trip.avoid", { name }));
   }
 
-  /** A line was drawn while the overview is open. */
+  /** A line was drawn. */
   stroke(line: readonly Point[], avoided: boolean): Promise<void> {
     return avoided
       ? this.add({ kind: "avoid", ...zoneOf(line), visit: false }, t("trip.avoidArea"))
@@ -143,7 +144,8 @@ export class Trip {
   }
 
   add(wish: Required<RouteWish>, words: string, by = ""): Promise<void> {
-    return this.#wish((wishes) => [...wishes, { wish, words, by }]);
+    const wished = { wish, words, by };
+    return this.draft ? this.#wish((wishes) => [...wishes, wished]) : this.change(wished);
   }
 
   remove(k: number): Promise<void> {
@@ -223,13 +225,12 @@ export class Trip {
     selection.heed(answer);
     if (answer.type === "rejected") return;
     this.close();
-    selection.ahead = [];
     mapView.back();
     if (name) remember(name);
   }
 
   #kept(): readonly Wished[] {
-    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid" || isAhead(wish));
+    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => wish.kind === "avoid");
   }
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
@@ -280,13 +281,6 @@ function activeWishes(): readonly Wished[] {
       words: by ? t("trip.via", { name: by }) : t(words[kind]),
       by,
     };
-  });
-}
-
-/** True of a wish that was made while there was no trip. */
-function isAhead({ kind, points: [at] }: RouteWish): boolean {
-  return selection.ahead.some(({ kind: like, points: [here] }) => {
-    return like === kind && at && here && Math.hypot(at[0] - here[0], at[1] - here[1]) < SAME_PLACE;
   });
 }
 
