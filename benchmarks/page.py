@@ -31,7 +31,8 @@ CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"]
 SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
 WINDOWS = (
-    (320, 568), (360, 640), (390, 844), (640, 400), (844, 390), (1024, 600), (1180, 820), (1920, 1080),
+    (320, 568), (360, 640), (390, 844), (640, 400), (844, 390), (1024, 600), (1180, 820),
+    (1920, 1080),
 )  # fmt: skip
 """Sizes that the page is looked at in, px: phones, 200 % zoom on 1280 x 800, tablets, a desktop."""
 LOOKS: dict[str, dict[str, Any]] = {

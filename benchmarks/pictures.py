@@ -22,8 +22,20 @@ from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
 from page import (
-    CHROMIUM, FLAGS, GO_ON, LONG_NAMES, LOOKS, START, WINDOWS,
-    go, look_at, opened, release, ride, served, show,
+    CHROMIUM,
+    FLAGS,
+    GO_ON,
+    LONG_NAMES,
+    LOOKS,
+    START,
+    WINDOWS,
+    go,
+    look_at,
+    opened,
+    release,
+    ride,
+    served,
+    show,
 )  # fmt: skip
 
 LARGEST = 150_000

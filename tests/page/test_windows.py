@@ -1,9 +1,8 @@
 """Every window: STOP and the one primary button in it, all the rest in reach; axe in all looks."""
 
 import pytest
-from playwright.sync_api import expect
-
 from benchmarks.page import LONG_NAMES, LOOKS, WINDOWS
+from playwright.sync_api import expect
 
 from .served import stands
 from .test_access import AXE, LOOK, TAGS
@@ -25,7 +24,8 @@ PINNED = """
 """
 LOST = """
 () => {
-  const which = ":is(.top, .tabs, .panel, .under, .stick) :is(button, input, select, a[href], [role=img])";
+  const parts = ":is(.top, .tabs, .panel, .under, .stick)";
+  const which = `${parts} :is(button, input, select, a[href], [role=img])`;
   const shown = [...document.querySelectorAll(which)].filter((each) => each.checkVisibility());
   const lost = shown.filter((each) => {
     const part = each.closest("label") ?? each;
