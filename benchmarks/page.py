@@ -30,6 +30,24 @@ from playwright.sync_api import Browser, Page, expect, sync_playwright
 CHROMIUM = "/usr/bin/chromium"
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"]
 SIZES = {"phone": (360, 740), "tablet": (820, 1180), "desktop": (1440, 900)}
+WINDOWS = (
+    (320, 568), (360, 640), (390, 844), (640, 400), (844, 390), (1024, 600), (1180, 820),
+    (1920, 1080),
+)  # fmt: skip
+"""Sizes that the page is looked at in, px: phones, 200 % zoom on 1280 x 800, tablets, a desktop."""
+LOOKS: dict[str, dict[str, Any]] = {
+    "light": {"color_scheme": "light", "contrast": "no-preference", "forced_colors": "none"},
+    "dark": {"color_scheme": "dark", "contrast": "no-preference", "forced_colors": "none"},
+    "contrast": {"color_scheme": "light", "contrast": "more", "forced_colors": "none"},
+    "forced": {"color_scheme": "dark", "contrast": "no-preference", "forced_colors": "active"},
+}
+LONG_NAMES = """
+const short = "Ward ", long = "Neurologische Frührehabilitation, Station ";
+const { parse } = JSON, { send } = WebSocket.prototype;
+JSON.parse = (text, ...more) => parse(text.replaceAll(short, long), ...more);
+WebSocket.prototype.send = function (text) { send.call(this, text.replaceAll(long, short)); };
+"""
+"""The names of wards on a page are long, and the chair does not notice."""
 SECONDS = 8.0
 """Time for which frames are counted, s."""
 PRESSES = 150
@@ -169,7 +187,7 @@ def ride(page: Page, seconds: float) -> None:
 def release(page: Page) -> None:
     """End driving from this page, so that the next page can drive."""
     page.get_by_role("button", name="STOP", exact=True).click()
-    show(page, "Speed")
+    page.get_by_role("button", name="Mode: ").click()
     page.get_by_role("button", name="Stop driving from this screen").click()
     page.wait_for_timeout(500)
 

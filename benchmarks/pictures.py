@@ -2,6 +2,7 @@
 
     python benchmarks/pictures.py              # into docs/images
     python benchmarks/pictures.py --into DIR
+    python benchmarks/pictures.py --only windows --into DIR    # all sizes in all palettes
 
 ``cohelm drive`` runs beside it on the hospital floor.
 """
@@ -20,7 +21,22 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, WebSocketRoute, expect, sync_playwright
 
-from page import CHROMIUM, FLAGS, GO_ON, START, go, look_at, opened, release, ride, served, show
+from page import (
+    CHROMIUM,
+    FLAGS,
+    GO_ON,
+    LONG_NAMES,
+    LOOKS,
+    START,
+    WINDOWS,
+    go,
+    look_at,
+    opened,
+    release,
+    ride,
+    served,
+    show,
+)  # fmt: skip
 
 LARGEST = 150_000
 """Maximum size of a picture, bytes."""
@@ -37,7 +53,7 @@ def main() -> int:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         with served(people=12) as (address, token):
             for name, part in PARTS.items():
-                if chosen.only in {None, name}:
+                if chosen.only == name or (chosen.only is None and part is not windows):
                     part(browser, address, token, chosen.into)
     return 0
 
@@ -172,6 +188,67 @@ def sessions(browser: Browser, address: str, token: str, folder: Path) -> None:
     context.close()
 
 
+def windows(browser: Browser, address: str, token: str, folder: Path) -> None:
+    """Make pictures of each state in all windows and palettes, in German and with long names."""
+    context = browser.new_context(locale="de-DE", reduced_motion="reduce")
+    context.add_init_script(LONG_NAMES)
+    page = context.new_page()
+    page.set_default_timeout(60_000)
+
+    def shoot(state: str, prepare: Callable[[], None] = lambda: None) -> None:
+        for width, height in WINDOWS:
+            page.set_viewport_size({"width": width, "height": height})
+            page.wait_for_timeout(200)
+            prepare()
+            for look, media in LOOKS.items():
+                page.emulate_media(**media)
+                page.wait_for_timeout(250)
+                page.screenshot(path=folder / f"{state}-{width}x{height}-{look}.png")
+        print(state, flush=True)
+
+    def button(name: str | re.Pattern[str]) -> Locator:
+        return page.get_by_role("button", name=name, exact=isinstance(name, str))
+
+    def shut() -> None:
+        """Fold the panel where it is a sheet over the map."""
+        tab = page.locator("nav [aria-expanded=true]")
+        if tab.count():
+            tab.click()
+
+    page.goto(address)
+    page.get_by_text("Niemand fährt.").wait_for()
+    shoot("no-driver", shut)
+    shoot("places", lambda: show(page, "Ziel"))
+    show(page, "Ziel")
+    page.get_by_role("searchbox").fill("Station 4")
+    page.get_by_role("searchbox").press("Enter")
+    expect(button("Start")).to_have_attribute("aria-disabled", "false", timeout=60_000)
+    shoot("overview")
+    button("Start").click()
+    page.wait_for_timeout(4000)
+    shoot("under-way", shut)
+    button("STOP").click()
+    shoot("stopped", shut)
+    shoot("mode", lambda: show_mode(page))
+    show(page, "Einstellungen")
+    page.get_by_label("Zwei Taster").check()
+    shoot("switches", shut)
+    button("Fahrt abbrechen").click()
+    page.goto(f"{address}/therapist#token={token}")
+    page.get_by_role("heading", name="Protokoll").wait_for()
+    shoot("therapist")
+    page.get_by_role("button", name="Alle löschen …").click()
+    shoot("dialog")
+    context.close()
+
+
+def show_mode(page: Page) -> None:
+    """Open the choice of who steers, unless it is open."""
+    header = page.locator(".top [aria-controls=panel]")
+    if header.get_attribute("aria-expanded") != "true":
+        header.click()
+
+
 def set_off(page: Page, place: str, overview: Path, seconds: float) -> None:
     """Look at a trip, keep its overview, start it, and ride for a while."""
     look_at(page, place)
@@ -218,6 +295,7 @@ PARTS = {
     "desktops": desktops,
     "themes": themes,
     "sessions": sessions,
+    "windows": windows,
 }
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import { link, PRICE_WITHIN } from "./link";
 import { selection } from "./mapSelection.svelte";
 import type { Notice, RouteUpdate, RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
 import { mapView } from "./map/mapView.svelte";
-import { distance, drawn, zoneOf } from "./map/strokes";
+import { drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
 import { passed } from "./passed.svelte";
 import { remember } from "./places";
@@ -36,8 +36,6 @@ export interface Draft {
 
 /** After this way the routes are planned anew: lengths and prices are told from where the chair is, m. */
 const STALE = 3;
-/** A point so near to another one is the same, m. */
-const SAME_POINT = 0.05;
 /** Waiting times before the attempts that follow an unanswered one, ms (assumed); after the last it is the rider's turn. */
 const AGAIN = [2_000, 6_000, 15_000] as const;
 /** Refusals that say nothing about the trip itself. */
@@ -60,10 +58,7 @@ export class Trip {
   #notice: Notice | null = null;
 
   constructor() {
-    selection.drawing = (line, avoided) => {
-      if (this.draft) void this.stroke(line, avoided);
-      return this.draft !== null;
-    };
+    selection.drawing = (line, avoided) => void this.stroke(line, avoided);
   }
 
   readonly routes = $derived<readonly TripRoute[]>(this.draft?.plans?.routes ?? []);
@@ -81,9 +76,7 @@ export class Trip {
 
   /** What the map shows of the chair's way: before a change holds, its wishes and none that it removes. */
   readonly shown = $derived.by((): RouteUpdate => {
-    const { proposal } = selection;
-    if (this.draft) return { ...chair.route, wishes: numbered(this.draft.wishes.map(({ wish }) => wish)) };
-    return proposal ? { ...chair.route, wishes: numbered([...chair.route.wishes, proposal.wish]) } : chair.route;
+    return this.draft ? { ...chair.route, wishes: numbered(this.draft.wishes.map(({ wish }) => wish)) } : chair.route;
   });
 
   /** That the best route does not keep the k-th wish, and what it does instead; empty: it keeps it, or nobody knows. */
@@ -103,11 +96,15 @@ export class Trip {
    * Opens the overview; where the therapist allows it, the chair sets off at once.
    *
    * Another destination keeps the wishes of a trip that has not begun; those of one under way end with
-   * it. A wish that was made while there was no trip is of this one.
+   * it.
    */
-  choose(to: To, name: string, wishes: readonly Wished[] = this.#kept()): Promise<void> {
+  choose(to: To, name: string, wishes: readonly Wished[] = this.draft?.wishes ?? []): Promise<void> {
     selection.cancel();
     if (chair.rider?.start_at_once) return this.#go(to, name, wishes.map(({ wish }) => wish));
+    return this.#look(to, name, wishes);
+  }
+
+  #look(to: To, name: string, wishes: readonly Wished[]): Promise<void> {
     this.draft = {
       to, name, wishes, plans: null, chosen: 0, trouble: "", unanswered: false, from: null, busy: true, outdated: false,
     };
@@ -115,11 +112,12 @@ export class Trip {
     return this.again();
   }
 
-  /** The overview of the trip that is under way. */
-  change(): Promise<void> {
+  /** The overview of the trip that is under way, with one more wish or none. */
+  change(...more: readonly Wished[]): Promise<void> {
     const { goal } = chair;
     if (this.draft || !goal) return Promise.resolve(this.show());
-    return this.choose(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, activeWishes());
+    selection.cancel();
+    return this.#look(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, [...activeWishes(), ...more]);
   }
 
   /** True if the unanswered question is asked again without the rider. */
@@ -139,7 +137,7 @@ export class Trip {
     return this.add(avoidWish(place));
   }
 
-  /** A line was drawn while the overview is open. */
+  /** A line was drawn. */
   stroke(line: readonly Point[], avoided: boolean): Promise<void> {
     return avoided
       ? this.add({ wish: { kind: "avoid", ...zoneOf(line), visit: false }, words: t("trip.avoidArea") })
@@ -147,7 +145,7 @@ export class Trip {
   }
 
   add(wished: Wished): Promise<void> {
-    return this.#wish((wishes) => [...wishes, wished]);
+    return this.draft ? this.#wish((wishes) => [...wishes, wished]) : this.change(wished);
   }
 
   remove(k: number): Promise<void> {
@@ -192,7 +190,7 @@ export class Trip {
   look(): void {
     if (chair.notice !== this.#notice) {
       this.#notice = chair.notice;
-      if (ANEW.has(chair.notice?.code ?? "")) this.#anew();
+      if (ANEW.has(chair.notice?.code ?? "")) this.close();
     }
     const { draft } = this;
     const { state } = chair;
@@ -231,18 +229,8 @@ export class Trip {
     selection.heed(answer);
     if (answer.type === "rejected") return;
     this.close();
-    selection.ahead = [];
     mapView.back();
     if (name) remember(name);
-  }
-
-  #anew(): void {
-    this.close();
-    selection.ahead = [];
-  }
-
-  #kept(): readonly Wished[] {
-    return this.draft?.wishes ?? activeWishes().filter(({ wish }) => isAhead(wish));
   }
 
   #wish(how: (wishes: readonly Wished[]) => readonly Wished[]): Promise<void> {
@@ -291,13 +279,6 @@ function activeWishes(): readonly Wished[] {
 
 function numbered(wishes: readonly RouteWish[]): RouteUpdate["wishes"] {
   return wishes.map(({ kind, points, radius = 0, visit = false }, id) => ({ id, kind, points, radius, visit }));
-}
-
-/** True of a wish that was made while there was no trip. */
-function isAhead({ kind, points: [at] }: RouteWish): boolean {
-  return selection.ahead.some(({ kind: like, points: [here] }) => {
-    return like === kind && at && here && distance(at, here) < SAME_POINT;
-  });
 }
 
 export const trip = new Trip();

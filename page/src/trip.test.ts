@@ -73,17 +73,17 @@ describe("a trip", () => {
     chair.route = { ...chair.route, wishes: [] };
   });
 
-  it("has the wishes that were made while there was no trip", async () => {
-    selection.proposal = { wish: { kind: "attract", points: [[4, 3]], radius: 0, visit: true }, words: "", price: null, trouble: "", from: null };
-    await selection.confirm();
-    chair.route = { ...chair.route, wishes: [wish("attract")] };
-    await trip.choose({ place: "Ward 4" }, "Ward 4");
-    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["attract"]);
-    await trip.start();
+  it("under way takes a wish into its overview, from the map, too, and where places start at once", async () => {
+    chair.rider = { ...RIDER, start_at_once: true };
+    state({ goal: { x: 9, y: 0, name: "Ward 4" } });
+    await trip.via({ name: "Laboratory", x: 4, y: 3 });
+    expect(trip.open).toBe(true);
+    expect(trip.draft!.wishes.map((each) => each.words)).toEqual(["Go via Laboratory"]);
+    expect(goals()).toEqual([]);
     trip.close();
-    await trip.choose({ place: "Ward 2" }, "Ward 2");
-    expect(trip.draft!.wishes).toEqual([]);
-    chair.route = { ...chair.route, wishes: [] };
+    selection.tool = "not-this-way";
+    selection.stroke([[0, 0], [2, 0], [2, 2]]);
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
   });
 
   it("does not begin by routes of other wishes", async () => {
@@ -190,20 +190,15 @@ describe("a trip", () => {
     expect(trip.shown.wishes.map(({ points }) => points)).toEqual([HALL]);
     trip.close();
     expect(trip.shown).toBe(chair.route);
-    const proposed = selection.notBy({ name: "Store", x: 1, y: 1 });
-    expect(trip.shown.wishes.map(({ points }) => points)).toEqual([[[4, 3]], [[1, 1]]]);
-    await proposed;
-    selection.cancel();
     chair.route = { ...chair.route, wishes: [] };
   });
 
   it.each(["rider_chosen", "simulation_restarted"])("is of one person: %s ends it", async (code) => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     await trip.avoid({ name: "Hall", x: 5, y: 5, area: HALL });
-    selection.ahead = [wish("avoid")];
     chair.heard({ type: "notice", code, text: "" });
     trip.look();
-    expect([trip.draft, trip.open, selection.ahead]).toEqual([null, false, []]);
+    expect([trip.draft, trip.open]).toEqual([null, false]);
   });
 });
 

@@ -1,6 +1,6 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { compared, detour, found, memorable, metres, minutes, movement, observed, price, readiness, reasonWords, startWords, wishesCost } from "./words";
+import { compared, detour, found, memorable, metres, minutes, movement, observed, readiness, reasonWords, startWords, wishesCost } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, mode: "shared", arrived: false, reason: null, not_ready: null } as const;
 
@@ -106,15 +106,17 @@ describe("the button below", () => {
     expect(readiness({ ...stopped, goal, arrived: true }, true).label).toBe("Go on");
   });
 
-  it("is no second main one beside Start, which ends the stop, too", () => {
-    const choosing = { choosing: true, start: "Start this trip" };
-    expect(readiness({ ...stopped, goal }, true, choosing)).toMatchObject({
-      action: "resume", label: "Go on to Ward 4", main: false, text: "Stopped. Tap “Start this trip” to set off.",
-    });
-    expect(readiness(stopped, true, choosing)).toMatchObject({ action: null, label: "" });
-    expect(readiness(stopped, true, { choosing: true, start: "" })).toMatchObject({
-      action: "resume", label: "Go on", main: false, text: "Stopped.",
-    });
+  it("is Start while a trip is chosen: that ends the stop, too", () => {
+    const start = { words: "Start this trip", ready: true };
+    const text = "Stopped. Tap “Start this trip” to set off.";
+    const button = { action: "start", label: "Start this trip", main: true };
+    expect(readiness({ ...stopped, goal }, true, { start })).toEqual({ ...button, text });
+    expect(readiness({ ...state, driver: null, link: "no_driver" }, false, { start })).toMatchObject(button);
+    expect(readiness(stopped, true, { start: { ...start, ready: false } })).toEqual({ ...button, action: null, text: "Stopped." });
+    expect(readiness(state, false, { start })).toMatchObject({ action: "take_control", label: "Drive from this screen" });
+  });
+
+  it("is not the main one after an arrival", () => {
     expect(readiness(stopped, true, { arrived: true })).toMatchObject({
       action: "resume", main: false, text: "Choose a destination, or tap “Go on” to steer.",
     });
@@ -163,7 +165,6 @@ describe("lengths and times", () => {
     expect(detour(4.2)).toBe("+4.2 m");
     expect(detour(-1)).toBe("−1.0 m");
     expect(detour(0.02)).toBe("no detour");
-    expect(price({ extra_length: 4.2, length: 38.2 })).toBe("+4.2 m, 38 m in total");
   });
 });
 

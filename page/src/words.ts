@@ -4,7 +4,7 @@ import type { Cause } from "./around";
 import { en } from "./i18n/en";
 import { isKey, languageNow, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
 import { areaOf, contains, farthestFrom } from "./map/strokes";
-import type { ChairState, PlaceInfo, ReasonText, RideEnded, RouteDifference, TripRoute, WishPreview } from "./messages";
+import type { ChairState, PlaceInfo, ReasonText, RideEnded, RouteDifference, TripRoute } from "./messages";
 import type { Turn } from "./turns";
 
 export type Mode = ChairState["mode"];
@@ -21,7 +21,7 @@ export function modeName(mode: Mode): string {
 export interface Readiness {
   readonly text: string;
   /** Message that the button sends; null: something else must be done first. */
-  readonly action: "take_control" | "resume" | null;
+  readonly action: "take_control" | "resume" | "start" | null;
   /** Words on the button; empty: there is none. */
   readonly label: string;
   /** True if it is the one thing to do next. */
@@ -34,10 +34,12 @@ type Next = Pick<ChairState, "link" | "driver" | "goal" | "mode" | "arrived" | "
 export interface Around {
   /** Why there is no route to the destination. */
   readonly trouble?: string;
-  /** The overview of a trip is open: its button sets off, and ends a stop, too. */
-  readonly choosing?: boolean;
-  /** Words on that button; empty: it cannot be pressed. */
-  readonly start?: string;
+  /** The overview of a trip is open: the button sets off, and ends a stop, too. */
+  readonly start?: {
+    readonly words: string;
+    /** There is a route to set off on. */
+    readonly ready: boolean;
+  } | null;
   /** The last trip has arrived, and there is none since. */
   readonly arrived?: boolean;
   /** A fault holds the chair. */
@@ -51,6 +53,10 @@ export function readiness(state: Next | null, driving: boolean, around: Around =
   const first = (text: string): Readiness => ({ text, action: null, label, main: false });
   const take = (text: string): Readiness => ({ text, action: "take_control", label: t("ready.take"), main: true });
   if (!state) return first(t("ready.notConnected"));
+  const { start } = around;
+  if (start && (driving || !state.driver)) {
+    return { text: beforeStart(state, start), action: start.ready ? "start" : null, label: start.words, main: true };
+  }
   if (!state.driver) return take(t("ready.noDriver"));
   if (!driving) return take(t("ready.other"));
   switch (state.link) {
@@ -62,10 +68,6 @@ export function readiness(state: Next | null, driving: boolean, around: Around =
     case "confirm":
       // A confirmation that cannot end the stop is not offered.
       if (state.not_ready) return first(heldWords(state.not_ready));
-      // Before a first trip Start is the one button to press: a second one would be a question.
-      if (around.choosing && around.start && !goal) {
-        return { ...confirmation(false, around), action: null, label: "" };
-      }
       return { ...confirmation(goal !== null, around), action: "resume", label };
     case "no_heartbeat":
     case "no_driver":
@@ -76,9 +78,17 @@ export function readiness(state: Next | null, driving: boolean, around: Around =
   }
 }
 
-/** "Go on" is the one thing to do, unless a trip is chosen or to be chosen: its Start ends the stop, too. */
-function confirmation(goal: boolean, { choosing, start, arrived }: Around): Pick<Readiness, "text" | "main"> {
-  if (choosing) return { text: start ? t("ready.confirmStart", { start }) : t("ready.stopped"), main: false };
+/** What Start waits for, or what it ends. */
+function beforeStart({ driver, link, not_ready }: Next, { words, ready }: NonNullable<Around["start"]>): string {
+  if (!driver) return t("ready.noDriver");
+  if (link === "stick_held" || link === "centre_stick") return t("ready.release");
+  if (link !== "confirm") return "";
+  if (not_ready) return heldWords(not_ready);
+  return ready ? t("ready.confirmStart", { start: words }) : t("ready.stopped");
+}
+
+/** "Go on" is the one thing to do, unless a trip is to be chosen: its Start ends the stop, too. */
+function confirmation(goal: boolean, { arrived }: Around): Pick<Readiness, "text" | "main"> {
   if (arrived && !goal) return { text: t("ready.confirmArrived"), main: false };
   return { text: t("ready.confirm"), main: true };
 }
@@ -144,10 +154,6 @@ export function wishesCost(wishes: readonly { readonly words: string; readonly b
   const names = wishes.map(({ by }) => by ?? "");
   if (names.every(Boolean)) return t("trip.byCost", { names: names.join(", "), detour: cost });
   return t("trip.wishCost", { words: wishes.map(({ words }) => words).join(", "), detour: cost });
-}
-
-export function price(preview: Pick<WishPreview, "extra_length" | "length">): string {
-  return t("trip.price", { detour: detour(Math.max(0, preview.extra_length)), length: metres(preview.length) });
 }
 
 export function minutes(seconds: number): string {

@@ -13,6 +13,7 @@ from .served import brief, wants
 
 PATIENCE = 30_000  # ms: on a busy machine a page takes its time
 START = re.compile("^(Start|Start this trip|Change to this trip)$")
+LEAVE = re.compile("^(Cancel trip|Keep present trip)$")
 GO_ON = re.compile("^Go on( to .*)?$")
 PADS = """
 window.pads = [];
@@ -155,8 +156,9 @@ class Rider:
     def look_at(self, place):
         """Choose a place by its name, and wait for the overview of the trip."""
         self.show("Go to")
-        if self.button("Other place").count():  # the overview of a trip is in its place
-            self.press("Other place")
+        overview = self.page.get_by_role("group", name="Trip", exact=True)
+        if overview.count():  # of another trip, in the place of the list
+            overview.get_by_role("button", name=LEAVE).click()
         field = self.page.get_by_role("searchbox", name="Search for a place")
         field.fill(place.lower())
         field.press("Enter")
@@ -186,6 +188,12 @@ class Rider:
         tab = self.page.get_by_role("navigation").get_by_role("button", name=panel, exact=True)
         if tab.get_attribute("aria-expanded") != "true":
             tab.click()
+
+    def who_steers(self):
+        """Open the choice of the mode, if it is not."""
+        header = self.page.get_by_role("button", name=re.compile("^Mode: "))
+        if header.get_attribute("aria-expanded") != "true":
+            header.click()
 
     # What the chair hears of it
 

@@ -119,27 +119,22 @@ def point(rider):
 
 
 def wish(rider):
+    """Into the overview of the trip under way."""
     rider.press("Avoid")
-    rider.sees("Use this route")
-
-
-def wishes(rider):
-    rider.press("Use this route")
-    rider.show("Route")
-    rider.sees("Remove last")
+    rider.sees("Avoid this point")
 
 
 def by_hand(rider):
     """The warning before the mode that can collide."""
-    rider.show("Speed")
+    rider.who_steers()
     rider.page.get_by_role("button", name="Manual").click()
     rider.sees("In manual mode the chair does not stop by itself")
 
 
 VIEWS = {
     "where": panel("Go to"),
-    "way": panel("Route"),
-    "drive": by_hand,
+    "speed": panel("Speed"),
+    "mode": by_hand,
     "people": panel("Simulation"),
     "more": panel("Settings"),
     "switches": switches,
@@ -149,7 +144,6 @@ VIEWS = {
     "german": german,
     "point": point,
     "wish": wish,
-    "wishes": wishes,
 }
 
 

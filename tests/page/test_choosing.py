@@ -94,36 +94,43 @@ def test_a_wish_is_priced_confirmed_heeded_and_taken_back(rider, chair):
     before = ways(chair, lambda way: way["points"])
     far = nearest(before["points"], at["Laboratory"])
 
-    rider.show("Route")
-    rider.page.get_by_label("Or choose a place").select_option("Laboratory")
+    rider.press("Change route")
+    rider.press("Go via, avoid, draw…")
+    rider.page.get_by_label("Choose a place").select_option("Laboratory")
     rider.press("Go via here")
-    card = rider.page.get_by_role("group", name="Wish")
-    expect(card.get_by_role("status")).to_have_text(re.compile(r"^\+[\d.]+ m, "), timeout=32_000)
-    told = card.get_by_role("status").inner_text()
+    told = rider.page.get_by_text(re.compile(r"^By way of Laboratory: \+[\d.]+ m\.$"))
+    expect(told).to_be_visible(timeout=32_000)
+    price = float(re.search(r"\+([\d.]+)", told.inner_text())[1])
     assert chair.state["route_version"] == before["version"]  # so far it is a question only
 
-    rider.press("Use this route")
+    rider.until_button("Start this trip")
+    rider.press("Start this trip")
     after = ways(chair, lambda way: way["wishes"] and way["extra_length"] > 0.0)
     assert nearest(after["points"], at["Laboratory"]) < 0.5 < far
     assert after["length"] > before["length"]
-    assert abs(float(told[1:].split()[0]) - (after["length"] - before["length"])) < 0.5
+    assert abs(price - (after["length"] - before["length"])) < 0.5
     assert after["without_wishes"]
-    rider.sees(re.compile(r"Preferences: \+"))
 
-    rider.press("Remove last")
+    rider.press("STOP")
+    rider.press("Change route")
+    rider.press("Remove: Go via Laboratory")
+    rider.until_button("Start this trip")
+    rider.press("Start this trip")
     again = ways(chair, lambda way: not way["wishes"])
-    assert abs(again["length"] - before["length"]) < 0.5
+    assert nearest(again["points"], at["Laboratory"]) > 0.5
 
 
 def test_a_line_drawn_across_the_way_is_avoided(rider, chair):
     rider.aim("Ward 4")
     before = ways(chair, lambda way: way["points"])
-    rider.show("Route")
+    rider.press("Change route")
+    rider.press("Go via, avoid, draw…")
     rider.press("Draw area to avoid")
     rider.press("Whole floor")
     x, y = before["points"][len(before["points"]) // 2]
     draw(rider, [(x - 0.3, y - 2.0), (x + 0.3, y + 2.0)])
-    rider.press("Use this route")
+    rider.until_button("Start this trip")
+    rider.press("Start this trip")
     after = ways(chair, lambda way: way["wishes"])
     assert after["wishes"][0]["kind"] == "avoid"
     assert after["extra_length"] > 0.0
@@ -140,7 +147,7 @@ def draw(rider, line):
 
 def test_who_steers_and_how_fast(rider):
     rider.take()
-    rider.show("Speed")
+    rider.who_steers()
     rider.press(re.compile("^Assisted"))
     rider.until(lambda state: state["mode"] == "assisted")
     rider.press(re.compile("^Manual"))
@@ -148,6 +155,7 @@ def test_who_steers_and_how_fast(rider):
     rider.holds(lambda state: state["mode"] == "assisted", 0.3)
     rider.press("Use Manual")
     rider.until(lambda state: state["mode"] == "manual")
+    rider.show("Speed")
     rider.press(re.compile("^Slow"))
     rider.until(lambda state: state["pace"] == "slow")
 
@@ -156,7 +164,7 @@ def test_a_ride_can_be_rated_after_it(rider):
     rider.take()
     began = rider.follow()["remaining"]
     rider.makes(lambda state: state["remaining"] < began - 2.0, lambda: None)
-    rider.show("Speed")
+    rider.who_steers()
     rider.press("Stop driving from this screen")
     rider.sees("Rate this ride (optional)")
     rider.press("4 of 5, good")

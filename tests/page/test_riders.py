@@ -89,7 +89,10 @@ def test_stop_is_above_every_dialog(therapist, riders, data):
     therapist.add(NAMES[0])
     driver = riders()
     driver.take()
-    openers = therapist.row(NAMES[0]).get_by_role("button", name="Delete…"), rider.button("Delete all…")
+    openers = (
+        therapist.row(NAMES[0]).get_by_role("button", name="Delete…"),
+        rider.button("Delete all…"),
+    )
     for opener in openers:
         opener.click()
         dialog = page.get_by_role("dialog")

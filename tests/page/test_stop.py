@@ -54,8 +54,10 @@ def test_while_it_follows_its_way(rider):
     rider.until(lambda state: stands(state) and state["link"] == "confirm")
     expect(rider.button("Go on to Ward 4")).to_have_class(re.compile("main"))
     assert rider.button("STOP").bounding_box() == stop
+    place = rider.button("Go on to Ward 4").bounding_box()
     rider.press("Change route")
-    expect(rider.button("Go on to Ward 4")).not_to_have_class(re.compile("main"))
+    expect(rider.button("Go on to Ward 4")).to_have_count(0)  # one button, in one place
+    assert rider.button("Start this trip").bounding_box() == place
     rider.press("Keep present trip")
     rider.holds(held)
     rider.makes(wants, rider.go_on)

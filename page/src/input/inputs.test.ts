@@ -430,6 +430,61 @@ describe("one switch", () => {
     expect(chosen).toHaveBeenCalledOnce();
   });
 
+  it("goes to Start where a place is chosen, and waits there for its routes", () => {
+    document.querySelectorAll("button")[1]!.onclick = () =>
+      document.body.insertAdjacentHTML("beforeend", `<button data-scan="first" aria-disabled="true" aria-busy="true">Start</button>`);
+    press();
+    pass(1040);
+    press();
+    pass(150);
+    press(); // A
+    pass(5000);
+    expect(lit()).toBe("Start");
+    const start = document.querySelector("[data-scan=first]")!;
+    start.setAttribute("aria-disabled", "false");
+    start.setAttribute("aria-busy", "false");
+    pass(900);
+    expect(lit()).toBe("Start");
+    pass(300);
+    expect(lit()).toBe("Forward");
+  });
+
+  it("does not wait for ever for what is not there", () => {
+    document.querySelectorAll("button")[1]!.onclick = () =>
+      document.body.insertAdjacentHTML("beforeend", `<button data-scan="first" aria-disabled="true" aria-busy="true">Start</button>`);
+    press();
+    pass(1040);
+    press();
+    pass(150);
+    press();
+    pass(13_000);
+    expect(lit()).not.toBe("Start");
+  });
+
+  it("goes to the first row of what a tab opens", () => {
+    document.body.innerHTML = `<button data-scan="drive">Forward</button><button data-scan aria-controls="panel">Speed</button>
+      <section id="panel"></section>`;
+    document.querySelectorAll("button")[1]!.onclick = () =>
+      (document.querySelector("#panel")!.innerHTML = `<div data-scan-group="Row"><button data-scan>Slow</button><button data-scan>Brisk</button></div>`);
+    press();
+    pass(1040);
+    press(); // Speed
+    pass(60);
+    expect(inputs.scanner.lit?.label).toBe("Row");
+  });
+
+  it.each(["one", "two"])("works right after %s was chosen, with the focus still on the radio button", (which) => {
+    document.body.insertAdjacentHTML("beforeend", `<div data-own-keys><input type="radio" checked><input type="text"></div>`);
+    inputs.scanner.change({ count: which === "one" ? 1 : 2 });
+    document.querySelector("input")!.focus();
+    press();
+    expect(lit()).toBe("Forward");
+    if (which === "two") key("keydown", "Enter");
+    if (which === "two") expect(inputs.scanner.lit?.label).toBe("Places");
+    document.querySelectorAll("input")[1]!.focus();
+    expect(key("keydown", "Space").defaultPrevented).toBe(false);
+  });
+
   it("takes the key that is pressed to learn, but never Escape", () => {
     inputs.scanner.learning = "choose";
     key("keydown", "KeyM");

@@ -17,7 +17,8 @@ let made = 0;
 /** Items that switches can reach on the page, in highlighting order.
  *
  * Elements with `data-scan`, those in one `data-scan-group` together. `data-scan="first"` comes
- * before `"drive"`, and that before the rest. Behind an open dialog only STOP is reached. */
+ * before `"drive"`, and that before the rest. What is disabled is not reached, unless it is only busy.
+ * Behind an open dialog only STOP is. */
 export function reach(document: Document): Reached[] {
   const dialogs = document.querySelectorAll<HTMLElement>("dialog[open]");
   const root = dialogs[dialogs.length - 1] ?? document;
@@ -61,7 +62,7 @@ function rank(choice: Reached): number {
 
 function isThere(element: HTMLElement): boolean {
   const shown = element.checkVisibility?.({ visibilityProperty: true }) ?? !element.hidden;
-  return shown && !element.matches(":disabled, [aria-disabled=true]");
+  return shown && !element.matches(":disabled, [aria-disabled=true]:not([aria-busy=true])");
 }
 
 function labelOf(element: HTMLElement): string {

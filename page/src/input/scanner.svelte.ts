@@ -14,6 +14,8 @@ export type Switch = "choose" | "step";
 const SHAKING = 150;
 /** Dwell until the chair says the rider's, s. */
 const DWELL = 1.2;
+/** On a choice that is about to be ready, the light waits so long at most, ms (assumed). */
+const WAITS = 10_000;
 /** Period of searching the page for reachable items, ms. */
 const SEARCH = 200;
 
@@ -27,6 +29,10 @@ export class Scanner {
   #scan: Scan = RESTING;
   #choices: readonly Reached[] = [];
   #searched = -Infinity;
+  /** The element that was chosen, until the light is where that led. */
+  #chosen: HTMLElement | null = null;
+  /** Since when the light is where a choice led, ms. */
+  #landed = -Infinity;
   #contacts: Readonly<Record<Switch, Contact>> = { choose: OPEN, step: OPEN };
   #letGo: { readonly by: Switch; readonly at: number } | null = null;
   #marked: readonly HTMLElement[] = [];
@@ -62,8 +68,11 @@ export class Scanner {
       this.#searched = now;
       this.#choices = reach(document);
     }
+    this.#land(now);
     if (this.meaning !== "choose") {
       this.#scan = begun(this.#choices, now, this.dwell);
+    } else if (now - this.#landed < WAITS && this.#marked[0]?.ariaBusy === "true") {
+      this.#scan = { ...this.#scan, since: Math.max(this.#scan.since, now) };
     } else if (this.settings.count === 1 && this.inputs.present) {
       this.#scan = ticked(this.#scan, this.#choices, { dwell: this.dwell }, now);
     }
@@ -142,12 +151,27 @@ export class Scanner {
   }
 
   #choose(now: number): void {
-    const pause = this.settings.count === 1 ? this.dwell : 0;
-    const { scan, chosen } = selected(this.#scan, this.#choices, now, pause);
+    const { scan, chosen } = selected(this.#scan, this.#choices, now, this.#pause);
     this.#scan = scan;
     if (!chosen) return;
-    elementsOf(this.#choices, chosen.key)[0]?.click();
+    this.#chosen = elementsOf(this.#choices, chosen.key)[0] ?? null;
+    this.#chosen?.click();
     this.#searched = -Infinity;
+  }
+
+  get #pause(): number {
+    return this.settings.count === 1 ? this.dwell : 0;
+  }
+
+  /** After a choice, when the page has changed: to the first row of what it opened, else to the first choice of all. */
+  #land(now: number): void {
+    const controlled = this.#chosen?.getAttribute("aria-controls");
+    if (!this.#chosen) return;
+    this.#chosen = null;
+    this.#landed = now;
+    const opened = controlled ? document.getElementById(controlled) : null;
+    const first = opened && this.#choices.find(({ elements }) => opened.contains(elements[0] ?? null));
+    this.#scan = { ...begun(this.#choices, now, this.#pause), ...(first ? { lit: first.key } : {}) };
   }
 
   /** Letters and spaces that are typed stay typed, and the switches' own settings keep their
@@ -156,7 +180,9 @@ export class Scanner {
     const { target } = event;
     const own = target instanceof Element && target.closest("[data-own-keys]") !== null;
     const typed = isTyped(target) && !isButton(target);
-    return (own || typed) && this.meaning === "choose" ? null : this.#named(event.code);
+    // A radio button that is chosen has no use for them: right after the set-up the focus is there.
+    const set = target instanceof Element && target.matches("[type=radio]:checked");
+    return (own || typed) && !set && this.meaning === "choose" ? null : this.#named(event.code);
   }
 
   #named(code: string): Switch | null {
@@ -171,6 +197,7 @@ export class Scanner {
     const { learning } = this;
     if (event.repeat || !learning) return true;
     this.learning = null;
+    if (event.target instanceof HTMLElement) event.target.blur(); // else the new switch presses the button again
     if (!mayBeSwitch(event.code)) return true;
     const other = learning === "choose" ? "step" : "choose";
     const before = this.settings[learning];

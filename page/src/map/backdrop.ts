@@ -1,6 +1,6 @@
 // Layer that changes seldom, drawn once: floor, doors, preferences, routes. Frames only copy it.
 
-import type { MapDifference, WishPreview, RouteUpdate, SceneInfo, TripRoute } from "../messages";
+import type { MapDifference, RouteUpdate, SceneInfo, TripRoute } from "../messages";
 import { drawDifferences } from "./differences";
 import { badge } from "./badge";
 import type { Colours } from "./palette";
@@ -19,7 +19,6 @@ export interface Ground {
   readonly route: RouteUpdate;
   /** Remaining route length, to the metre; null: unknown. */
   readonly left: number | null;
-  readonly preview: WishPreview | null;
   /** Routes of a trip that is looked at, and the chosen one; none: there is no overview. */
   readonly routes: readonly TripRoute[];
   readonly chosen: number;
@@ -110,7 +109,6 @@ function same(a: Ground | null, b: Ground): boolean {
     a.colours === b.colours &&
     a.route === b.route &&
     a.left === b.left &&
-    a.preview === b.preview &&
     a.routes === b.routes &&
     a.chosen === b.chosen &&
     a.numbered === b.numbered &&
@@ -183,7 +181,7 @@ function drawWishes(context: CanvasRenderingContext2D, ground: Ground, view: Vie
 }
 
 function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View): void {
-  const { colours, route, left, preview } = ground;
+  const { colours, route, left } = ground;
   const driven = left === null ? 0 : Math.max(0, lengthOf(route.points) - left);
   const ahead = lastOf(route.points, lengthOf(route.points) - driven);
   context.lineJoin = context.lineCap = "round";
@@ -200,9 +198,6 @@ function drawWays(context: CanvasRenderingContext2D, ground: Ground, view: View)
     context.strokeStyle = colours.route;
     context.lineWidth = 5;
     context.stroke();
-  }
-  if (preview && preview.points.length > 1) {
-    dashed(context, preview.points, colours.preview, 5, [12, 9], view);
   }
   context.lineCap = "butt";
 }

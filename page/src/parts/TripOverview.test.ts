@@ -5,6 +5,7 @@ import { chair } from "../chair.svelte";
 import { link } from "../link";
 import type { ChairState, TripPlans } from "../messages";
 import { trip } from "../trip.svelte";
+import StartButton from "./StartButton.svelte";
 import TripOverview from "./TripOverview.svelte";
 import TripPanel from "./TripPanel.svelte";
 
@@ -30,9 +31,10 @@ describe("the overview of a trip", () => {
   it("offers another attempt where no answer came", async () => {
     const asking = vi.spyOn(link, "ask").mockResolvedValue({ type: "rejected", id: 1, code: "no_answer", text: "The chair did not respond." });
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    render(TripOverview, { pointing: nothing, other: nothing });
-    const told = screen.getByRole("status").textContent!.replace(/\s+/g, " ").trim();
+    render(TripOverview, { pointing: nothing, leave: nothing });
+    const told = screen.getAllByRole("status")[0]!.textContent!.replace(/\s+/g, " ").trim();
     expect(told).toBe("The chair did not respond. It is tried again by itself.");
+    render(StartButton);
     expect(button("Start").getAttribute("aria-disabled")).toBe("true");
     asking.mockResolvedValue(PLANS);
     await fireEvent.click(button("Try again"));
@@ -45,7 +47,7 @@ describe("the overview of a trip", () => {
     const [route] = PLANS.routes;
     vi.spyOn(link, "ask").mockResolvedValue({ ...PLANS, routes: [route, route, route] } as TripPlans);
     await trip.choose({ place: "Ward 4" }, "Ward 4");
-    render(TripOverview, { pointing: nothing, other: nothing });
+    render(TripOverview, { pointing: nothing, leave: nothing });
     expect(screen.getByRole("status").textContent).toContain("3 routes");
   });
 

@@ -15,7 +15,7 @@ import {
 import type { Colours } from "../map/palette";
 import { lastOf, lengthOf } from "../map/strokes";
 import type { Point } from "../map/view";
-import type { ChairState, RouteUpdate, WishPreview } from "../messages";
+import type { ChairState, RouteUpdate } from "../messages";
 import { areaOf } from "./contours";
 import { geometryOf } from "./flat";
 import { ball, coloured, joined, release, rod } from "./parts";
@@ -27,13 +27,12 @@ const CASING = 0.2;
 const PLAN = 0.3;
 const STROKE = 0.35;
 /** Heights above the floor, m; what is drawn later lies above. */
-const Z = { wet: 0.005, group: 0.006, zone: 0.01, casing: 0.012, route: 0.016, preview: 0.018, plan: 0.02 } as const;
+const Z = { wet: 0.005, group: 0.006, zone: 0.01, casing: 0.012, route: 0.016, plan: 0.02 } as const;
 /** Corners of a disc. */
 const ROUND = 32;
 
 export interface Ways {
   readonly route: RouteUpdate;
-  readonly preview: WishPreview | null;
   /** Remaining length of the route, m; null: unknown. */
   readonly left: number | null;
 }
@@ -55,7 +54,7 @@ export class Markings {
   }
 
   /** Routes and preferences; call it when they change. */
-  ways({ route, preview, left }: Ways): void {
+  ways({ route, left }: Ways): void {
     const { colours } = this;
     release(this.#ways);
     const driven = left === null ? 0 : Math.max(0, lengthOf(route.points) - left);
@@ -67,7 +66,6 @@ export class Markings {
     const points = ahead(route.points);
     this.#put(ribbon(points, CASING, Z.casing), colours.free, 0.85, 4);
     this.#put(ribbon(points, ROUTE, Z.route), colours.route, 1, 5);
-    if (preview) this.#put(dashes(preview.points, ROUTE, Z.preview, 0.35, 0.2), colours.preview, 1, 6);
   }
 
   /** What changes with every state. */
