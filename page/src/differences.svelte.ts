@@ -1,12 +1,12 @@
-// Places where the building differs from the map: which one the rider is told about, each once.
+// Places where the building differs from the map, and the one on the way ahead that the rider is told about, once.
 
 import { chair } from "./chair.svelte";
-import { distance, distanceToSegment, lastOf } from "./map/strokes";
+import { distance, distanceToLine, distanceToSegment, lastOf } from "./map/strokes";
 import type { Point } from "./map/view";
 import type { ChairState, MapDifference, MapDifferences, SceneInfo } from "./messages";
 
-/** A difference farther than this from the chair and from its route does not matter yet, m (assumed). */
-const NEAR = 6;
+/** What is new within this of the way ahead affects it, m (assumed): half a chair and the room beside it. */
+const ON_ROUTE = 1;
 /** Two reports within this are of the same place, m: it grows while more of it is seen (assumed). */
 const SAME = 1.5;
 /** A contradiction so near to a shut door is the door, m. */
@@ -26,18 +26,19 @@ export function withoutDoors(
   return found.filter(({ x, y }) => !lines.some((door) => distanceToSegment([x, y], door.a, door.b) < DOOR));
 }
 
-/** The nearest difference by the chair or by the way ahead that has not been told; null: there is none. */
+/** What is new on the way ahead: nothing else that the map lacks, and no wall that is gone, affects the rider. */
+export function onTheWay(found: readonly MapDifference[], ahead: readonly Point[]): MapDifference[] {
+  return found.filter(({ kind, cells }) => kind === "new" && cells.some((cell) => distanceToLine(cell, ahead) < ON_ROUTE));
+}
+
+/** The one of these that is nearest to the chair and has not been told; null: there is none. */
 export function untold(
   found: readonly MapDifference[],
   told: readonly Told[],
   pose: ChairState["pose"],
-  ahead: readonly Point[],
 ): MapDifference | null {
-  const here: Point = [pose[0], pose[1]];
-  const away = ({ x, y }: MapDifference): number =>
-    Math.min(distance(here, [x, y]), ...ahead.map((point) => distance(point, [x, y])));
-  const fresh = found.filter((each) => away(each) < NEAR && !told.some((other) => same(each, other)));
-  const from = ({ x, y }: MapDifference): number => distance(here, [x, y]);
+  const from = ({ x, y }: MapDifference): number => distance([pose[0], pose[1]], [x, y]);
+  const fresh = found.filter((each) => !told.some((other) => same(each, other)));
   return fresh.sort((a, b) => from(a) - from(b))[0] ?? null;
 }
 
@@ -45,19 +46,16 @@ function same(a: Told, b: Told): boolean {
   return a.kind === b.kind && distance([a.x, a.y], [b.x, b.y]) < SAME;
 }
 
-/** So long a difference that asks for nothing covers the map, ms (assumed). */
-const READ = 12_000;
-
 class Differences {
   /** All that the map shows. */
   shown = $state.raw<readonly MapDifference[]>([]);
   /** The one that the rider is told about; it stays until it is closed or out of reach. */
   told = $state.raw<MapDifference | null>(null);
-  /** Since when it is told, ms. */
-  #toldAt = 0;
   #closed: readonly Told[] = stored();
   #of: MapDifferences | null = null;
   #shut = "";
+  #affecting: readonly MapDifference[] = [];
+  #way = "";
 
   /** Called ten times a second. */
   look(): void {
@@ -66,20 +64,21 @@ class Differences {
     if (scene && differences && (differences !== this.#of || shut.join() !== this.#shut)) {
       [this.#of, this.#shut] = [differences, shut.join()];
       this.shown = withoutDoors(differences.found, scene.doors, shut);
+      this.#way = "";
     }
-    if (!state || this.shown.length === 0) {
+    if (!state || state.remaining == null || this.shown.length === 0) {
       this.told = null;
       return;
     }
-    const ahead = state.remaining == null ? [] : lastOf(chair.route.points, state.remaining);
+    const left = Math.round(state.remaining);
+    const way = `${chair.route.version} ${left}`;
+    if (way !== this.#way) {
+      this.#way = way;
+      this.#affecting = onTheWay(this.shown, lastOf(chair.route.points, left));
+    }
     const { told } = this;
-    const kept = told && untold(this.shown.filter((each) => same(each, told)), [], state.pose, ahead);
-    const next = kept ?? untold(this.shown, this.#closed, state.pose, ahead);
-    const now = performance.now();
-    if (!next || !told || !same(next, told)) {
-      this.told = next;
-      this.#toldAt = now;
-    } else if (told.kind === "gone" && now - this.#toldAt > READ) this.close(told); // it asks for nothing
+    const kept = told && untold(this.#affecting.filter((each) => same(each, told)), [], state.pose);
+    this.told = kept ?? untold(this.#affecting, this.#closed, state.pose);
   }
 
   /** The rider has read it: it is told once on this device. */

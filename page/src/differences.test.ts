@@ -1,6 +1,6 @@
-import { describe, expect, it, vi } from "vitest";
+import { describe, expect, it } from "vitest";
 import { chair } from "./chair.svelte";
-import { differences, untold, withoutDoors } from "./differences.svelte";
+import { differences, onTheWay, untold, withoutDoors } from "./differences.svelte";
 import type { ChairState, MapDifference, MapDifferences, SceneInfo } from "./messages";
 
 const at = (x: number, y: number, kind: "gone" | "new" = "gone"): MapDifference => ({ kind, x, y, cells: [[x, y]] });
@@ -13,33 +13,32 @@ describe("differences from the map", () => {
     expect(withoutDoors(found, [door], [])).toEqual(found);
   });
 
-  it("are told by the chair or by the way ahead, the nearest first", () => {
-    const [far, ahead, near] = [at(50, 0), at(20, 1), at(2, 2)];
-    expect(untold([far, ahead, near], [], [0, 0, 0], [[10, 0], [20, 0]])).toBe(near);
-    expect(untold([far, ahead], [], [0, 0, 0], [[10, 0], [20, 0]])).toBe(ahead);
-    expect(untold([far, ahead], [], [0, 0, 0], [])).toBeNull();
+  it("affect the way ahead where something new stands on it, and nowhere else", () => {
+    const ahead = [[0, 0], [10, 0], [20, 0]] as const;
+    const [on, beside, gone] = [at(15, 0.9, "new"), at(5, 1.1, "new"), at(5, 0)];
+    expect(onTheWay([on, beside, gone], ahead)).toEqual([on]);
+    expect(onTheWay([on], [])).toEqual([]);
   });
 
-  it("are told once, also when more of the place has been seen; another kind there is news", () => {
-    const told = [{ kind: "gone", x: 2, y: 2 } as const];
-    expect(untold([at(2.5, 2.5)], told, [0, 0, 0], [])).toBeNull();
-    expect(untold([at(2.5, 2.5, "new")], told, [0, 0, 0], [])?.kind).toBe("new");
+  it("are told once, the nearest first, also when more of the place has been seen", () => {
+    const [far, near] = [at(50, 0, "new"), at(2, 2, "new")];
+    expect(untold([far, near], [], [0, 0, 0])).toBe(near);
+    expect(untold([far, at(2.5, 2.5, "new")], [near], [0, 0, 0])).toBe(far);
   });
 
-  it("leave the map by themselves after 12 s where they ask for nothing, and stay where something is new", () => {
-    vi.useFakeTimers();
-    for (const [kind, left] of [["gone", null], ["new", "new"]] as const) {
-      chair.state = { pose: [0, 0, 0], remaining: null, closed_doors: [] } as unknown as ChairState;
-      chair.scene = { doors: [] } as unknown as SceneInfo;
-      chair.differences = { found: [at(kind === "new" ? 1 : 2, 0, kind)] } as unknown as MapDifferences;
-      differences.look();
-      vi.advanceTimersByTime(11_900);
-      differences.look();
-      expect(differences.told?.kind).toBe(kind);
-      vi.advanceTimersByTime(200);
-      differences.look();
-      expect(differences.told?.kind ?? null).toBe(left);
-    }
-    vi.useRealTimers();
+  it("are told to a rider whose way they affect, and to no other", () => {
+    const state = { pose: [0, 0, 0], remaining: null, closed_doors: [] } as unknown as ChairState;
+    chair.scene = { doors: [] } as unknown as SceneInfo;
+    chair.route = { ...chair.route, version: 7, points: [[0, 0], [9, 0]] };
+    chair.differences = { found: [at(1, 0), at(3, 0, "new")] } as unknown as MapDifferences;
+    chair.state = state;
+    differences.look();
+    expect([differences.shown.length, differences.told]).toEqual([2, null]); // no trip
+    chair.state = { ...state, remaining: 9 };
+    differences.look();
+    expect(differences.told?.x).toBe(3);
+    chair.state = { ...state, pose: [5, 0, 0], remaining: 4 }; // behind the chair
+    differences.look();
+    expect(differences.told).toBeNull();
   });
 });

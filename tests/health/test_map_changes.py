@@ -7,6 +7,7 @@ from cohelm.health.map_changes import (
     NO_CHANGES,
     PERSISTENT,
     MapChanges,
+    standing_people,
     update_map_changes,
     updated_map,
     without_people,
@@ -18,6 +19,8 @@ from .test_map_fit import ANGLES, KNOWN, POSE, ranges_at
 
 AHEAD = slice(0, 8)
 """Beams towards the same wall."""
+WIDE = slice(0, 12)
+"""Beams to an obstacle that is larger than people."""
 
 
 def after(sweeps, change, changes=NO_CHANGES):
@@ -38,7 +41,7 @@ def gone(ranges):
 
 def new(ranges):
     out = ranges.copy()
-    out[AHEAD] *= 0.5
+    out[WIDE] *= 0.5
     return out
 
 
@@ -90,6 +93,27 @@ def test_who_stood_there_was_no_obstacle():
     assert without_people(standing, np.empty((0, 2))) is standing
 
 
+def test_what_is_no_larger_than_people_is_counted_and_not_reported():
+    """Three who stand and talk, and a wall of 1.5 m; without an outline both are only returns."""
+    people = [(0, 0, 1), (1, 0, 1), (3, 0, 1), (3, 1, 1), (1, 2, 1), (2, 3, 1)]
+    wall = [(20, row, 1) for row in range(6)]
+    changes = MapChanges(np.array([*people, *wall, (9, 9, 0)]), np.full(13, 2 * PERSISTENT))
+    assert sorted(map(tuple, changes.persistent_rows.tolist())) == sorted([*wall, (9, 9, 0)])
+    assert len(changes.persistent(new=True)) == 6
+
+
+def test_who_stands_is_remembered_for_a_while_and_who_walks_is_not():
+    stands, walks = (1.0, 2.0, 0.1, 0.0), (5.0, 5.0, 1.0, 0.0)
+    none = np.empty((0, 4))
+    known = standing_people(np.empty((0, 3)), np.array([stands, walks]), 10.0)
+    assert known.tolist() == [[1.0, 2.0, 10.0]]
+    assert standing_people(known, none, 40.0).tolist() == known.tolist()
+    assert not len(standing_people(known, none, 71.0))
+    assert not len(standing_people(known, none, 0.0))  # the clock of another ride
+    again = standing_people(known, np.array([stands]), 40.0)
+    assert again.tolist() == [[1.0, 2.0, 40.0]]
+
+
 def test_a_wall_that_is_gone_stays_gone_when_somebody_stands_there():
     missing = after(PERSISTENT, gone)
     walls = missing.persistent(new=False)
@@ -116,13 +140,14 @@ def test_the_updated_map_has_the_changes_and_nothing_else():
     data[:, 20] = OCCUPIED  # a wall at 1.0 m
     data[0, :] = UNKNOWN
     grid = OccupancyGrid(data=data, resolution=resolution, X_MG=np.array([0.5, 0.0, 0.0]))
-    gone, new = (6, 3, 0), (3, 0, 1)  # cells of 0.25 m: x 1.5 to 1.75, and 0.75 to 1.0
-    changes = MapChanges(np.array([gone, new]), np.array([PERSISTENT, PERSISTENT]))
+    # Cells of 0.25 m: x 1.5 to 1.75, and 0.75 to 1.0 with y to 1.5; a small one may be a person.
+    gone, new, small = (6, 3, 0), [(3, row, 1) for row in range(6)], (9, 7, 1)
+    changes = MapChanges(np.array([gone, *new, small]), np.full(8, PERSISTENT))
     updated = updated_map(grid, changes)
     assert np.array_equal(grid.data, data)
     expected = data.copy()
     expected[15:20, 20] = FREE
-    expected[1:5, 5:10] = OCCUPIED  # the unknown row stays unknown
+    expected[1:30, 5:10] = OCCUPIED  # the unknown row stays unknown
     assert np.array_equal(updated.data, expected)
-    doubtful = changes._replace(balance=np.array([PERSISTENT - 1, 0]))
+    doubtful = changes._replace(balance=np.full(8, PERSISTENT - 1))
     assert np.array_equal(updated_map(grid, doubtful).data, data)

@@ -28,9 +28,16 @@ _MAX_CELLS = 2000
 _BEHIND = 0.3
 """Distance beyond a mapped wall from which a beam has passed it, m: twice the width of a wall's
 place in the fit."""
+_PERSON = 1.5
+"""Extent below which what is new may be people who stand and were never recognised, m: in rides
+past single people, talking groups and queues the largest was 1.3 m."""
 _NEAR_PERSON = 0.8
 """Distance from a person within which obstacles are theirs, m: a body, a cell, and the way that
 somebody who stood has walked when the tracker recognises them."""
+_RECENT = 60.0
+"""Time for which somebody who stood counts as standing there after the last detection, s."""
+_STANDS = 0.3
+"""Speed below which somebody stands, m/s."""
 
 
 class MapChanges(NamedTuple):
@@ -50,9 +57,35 @@ class MapChanges(NamedTuple):
 
     @property
     def persistent_rows(self) -> Integers:
-        """Rows (m, 3) of ``cells`` that are persistent."""
+        """Rows (m, 3) of ``cells`` that are persistent; new obstacles larger than people."""
         rows: Integers = self.cells[self.balance >= PERSISTENT]
-        return rows
+        new = rows[:, 2] == 1
+        large = [each for each in connected_cells(rows[new, :2]) if _extent(each) >= _PERSON]
+        kept = [np.column_stack([each, np.ones(len(each), dtype=np.int64)]) for each in large]
+        return np.vstack([rows[~new], *kept]) if new.any() else rows
+
+
+def connected_cells(cells: Integers) -> list[Integers]:
+    """Groups (k, 2) of cells (n, 2) that touch, also at a corner, each in a fixed order."""
+    left, groups = set(map(tuple, cells.tolist())), []
+    for first in sorted(left):
+        if first not in left:
+            continue
+        left.remove(first)
+        group, edge = [first], [first]
+        while edge:
+            column, row = edge.pop()
+            near = {(column + a, row + b) for a in (-1, 0, 1) for b in (-1, 0, 1)} & left
+            left -= near
+            group += sorted(near)
+            edge += sorted(near)
+        groups.append(np.array(group, dtype=np.int64))
+    return groups
+
+
+def _extent(cells: Integers) -> float:
+    """Diagonal of the box about cells (k, 2), m."""
+    return float(np.hypot(*(np.ptp(cells, axis=0) + 1))) * CELL
 
 
 def centres_of(cells: Integers) -> Floats:
@@ -101,6 +134,23 @@ def update_map_changes(
     if keep.sum() > _MAX_CELLS:
         keep &= balance >= np.partition(balance, -_MAX_CELLS)[-_MAX_CELLS]
     return MapChanges(cells[keep], balance[keep], time)
+
+
+def standing_people(before: Floats, people: Floats, time: float) -> Floats:
+    """Return where people stand or stood a short while ago: rows (k, 3) of x, y, m, and time, s.
+
+    Args:
+        before: result of the last call.
+        people: positions and velocities (n, 4) of the people tracked now.
+        time: s.
+    """
+    stands = people[np.hypot(people[:, 2], people[:, 3]) < _STANDS, :2]
+    now = np.column_stack([stands, np.full(len(stands), time)])
+    apart = (
+        np.hypot(*(before[:, None, :2] - stands).T) if len(stands) else np.empty((0, len(before)))
+    )
+    gone = (apart < CELL).any(axis=0) | (before[:, 2] < time - _RECENT) | (before[:, 2] > time)
+    return np.vstack([before[~gone], now])
 
 
 def without_people(changes: MapChanges, people: Floats) -> MapChanges:
@@ -173,9 +223,9 @@ def updated_map(grid: OccupancyGrid, changes: MapChanges) -> OccupancyGrid:
     rows, cols = np.indices(grid.shape)
     local = np.stack([cols + 0.5, rows + 0.5], axis=-1) * grid.resolution
     cell = np.floor(transform(grid.X_MG, local.reshape(-1, 2)) / CELL).astype(np.int64)
-    cell = cell.reshape(*grid.shape, 2)
+    cell, rows = cell.reshape(*grid.shape, 2), changes.persistent_rows
     for new in (False, True):
-        chosen = changes.cells[(changes.balance >= PERSISTENT) & (changes.cells[:, 2] == int(new))]
+        chosen = rows[rows[:, 2] == int(new)]
         # Unknown cells stay unknown.
         data[np.isin(_code(cell), _code(chosen)) & (data != UNKNOWN)] = OCCUPIED if new else FREE
     return OccupancyGrid(data=data, resolution=grid.resolution, X_MG=grid.X_MG)

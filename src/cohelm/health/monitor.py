@@ -28,7 +28,13 @@ from cohelm.health.evidence import (
     without_latched,
 )
 from cohelm.health.localisation import stated_doubt, update_localisation
-from cohelm.health.map_changes import NO_CHANGES, MapChanges, update_map_changes, without_people
+from cohelm.health.map_changes import (
+    NO_CHANGES,
+    MapChanges,
+    standing_people,
+    update_map_changes,
+    without_people,
+)
 from cohelm.health.map_fit import SolidMap
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.stick import StickHistory, update_stick
@@ -63,6 +69,8 @@ class HealthState:
     localisation: LocalisationHealth = field(default_factory=LocalisationHealth)
     evidence: Evidence = field(default_factory=lambda: NO_EVIDENCE)
     changes: MapChanges = NO_CHANGES
+    standing: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    """See :func:`~cohelm.health.map_changes.standing_people`."""
 
 
 def monitor(
@@ -84,7 +92,8 @@ def monitor(
         known: the map, see :func:`~cohelm.health.map_fit.beam_map`.
         memory: of the last call; None at first.
         parameters: bounds.
-        people: positions (n, 2) of the people seen last, m: they are no change of the map.
+        people: positions and velocities (n, 4) of the people seen last, m and m/s: neither they nor
+            those who stood there lately are a change of the map.
 
     Returns:
         (health, memory for the next call).
@@ -94,7 +103,10 @@ def monitor(
     drive, drive_symptom = update_drive(memory.drive, observation, robot, p)
     stick, stick_symptom = update_stick(memory.stick, observation, request, p)
     scanners, localisation, changes = _update_scanners(observation, robot, known, motion, memory, p)
-    changes = changes if people is None else without_people(changes, people)
+    standing = memory.standing
+    if people is not None:
+        standing = standing_people(standing, people, observation.time)
+        changes = without_people(changes, np.vstack([people[:, :2], standing[:, :2]]))
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)
@@ -108,6 +120,7 @@ def monitor(
         localisation=localisation,
         evidence=evidence,
         changes=changes,
+        standing=standing,
     )
     return _health(evidence, localisation, request, p), state
 

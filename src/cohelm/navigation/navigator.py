@@ -162,7 +162,7 @@ class Navigator:
             return stopped_by_input(observation, request, fault, gate_state, last)
         # Redundant input that does not agree slows the chair, or stops it.
         before = memory.health or HealthState(changes=self._changes)
-        people = last.people.mean[:, :2] if last else None
+        people = last.people.mean if last else None
         health, health_state = monitor(
             observation, request, setup.robot, self.beams, before, setup.health, people=people
         )

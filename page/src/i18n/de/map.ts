@@ -12,8 +12,6 @@ export const map = {
   "map.more": "Mehr zur Karte",
   "map.legend": "Zeichenerklärung",
   "map.differs": "Die Karte stimmt hier nicht",
-  "map.gone": "Eine Wand ist nicht da, wo die Karte sie zeigt.",
-  "map.gone.at": "Bei {name} ist eine Wand nicht da, wo die Karte sie zeigt.",
   "map.new": "Da steht etwas, das die Karte nicht kennt.",
   "map.new.at": "Bei {name} steht etwas, das die Karte nicht kennt.",
   "map.stays": "Sie müssen nichts tun: der Rollstuhl richtet sich nach dem, was er sieht; die Karte bleibt, wie sie ist.",

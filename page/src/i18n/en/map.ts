@@ -12,8 +12,6 @@ export const map = {
   "map.more": "More map tools",
   "map.legend": "Legend",
   "map.differs": "The map differs here",
-  "map.gone": "A wall is not where the map says.",
-  "map.gone.at": "A wall is not where the map says, near {name}.",
   "map.new": "Something stands where the map has nothing.",
   "map.new.at": "Something stands where the map has nothing, near {name}.",
   "map.stays": "You need not do anything: the chair goes by what it sees; the map stays as it is.",
