@@ -50,7 +50,7 @@ def resize(page, window):
 
 
 def look(rider, primary, state):
-    """The laws of one state, in every window; on a busy machine the button may be grey meanwhile."""
+    """The laws of one state, in every window; a late chair may turn the button grey meanwhile."""
     expect(rider.button(primary)).to_have_class(re.compile("main"))
     page = rider.page
     for window in (*WINDOWS, *ZOOMED):
