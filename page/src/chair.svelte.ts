@@ -12,6 +12,7 @@ import type {
   SceneInfo,
   ChairState,
   ToPage,
+  TripPlans,
   Welcome,
 } from "./messages";
 
@@ -50,6 +51,8 @@ export class Chair {
   /** The finished ride, until it is rated or the next one begins. */
   ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
+  /** The newest routes to choose from, whoever asked for them on this page. */
+  plans = $state.raw<TripPlans | null>(null);
   /** Where the finished ride led; a later destination takes its announcement away. */
   endedGoal = $state.raw<ChairState["goal"]>(null);
   /** Where the last ride arrived, until the chair has a destination or a ride again; null: it has not. */
@@ -125,6 +128,9 @@ export class Chair {
         break;
       case "map_differences":
         this.differences = message;
+        break;
+      case "trip_plans":
+        this.plans = message;
         break;
       case "notice":
         this.notice = message;

@@ -25,7 +25,7 @@ const FIRST_WAIT = 250;
 const LONGEST_WAIT = 4_000;
 const ANSWER_WITHIN = 8_000;
 /** A price is planned twice, by a process that leaves the processor to the one that drives. */
-export const PRICE_WITHIN = 30_000;
+export const PRICE_WITHIN = 65_000;
 
 /** What goes out by itself, and STOP, which has its own words. */
 const UNASKED: ReadonlySet<FromPage["type"]> = new Set(["heartbeat", "echo", "stop"] as const);

@@ -193,8 +193,10 @@ export class Trip {
       if (ANEW.has(chair.notice?.code ?? "")) this.close();
     }
     const { draft } = this;
-    const { state } = chair;
+    const { state, plans } = chair;
     if (!draft || !state) return;
+    // The alternatives, to the first route that has come before them.
+    if (plans && plans.id === draft.plans?.id && !draft.plans.complete && plans.complete) this.draft = { ...draft, plans };
     if (!plannable()) {
       // The routes that were not planned for lack of a planner are, once there is one.
       this.#waits ||= draft.unanswered && this.#failed <= AGAIN.length;

@@ -10,7 +10,7 @@ const RIDER: RiderSettings = { tremor_filter: 0, dead_zone: 0.1, dwell: 1, start
 const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 };
 const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null, figures: FIGURES };
 const PLANS: TripPlans = {
-  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], through: [3], learned: false,
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], through: [3], learned: false, complete: true,
   routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
 };
 
@@ -191,6 +191,18 @@ describe("a trip", () => {
     trip.close();
     expect(trip.shown).toBe(chair.route);
     chair.route = { ...chair.route, wishes: [] };
+  });
+
+  it("begins by its first route, and gets the alternatives as they come", async () => {
+    vi.spyOn(link, "ask").mockResolvedValue({ ...PLANS, routes: [ROUTE], complete: false });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    expect([trip.startable, trip.routes.length]).toEqual([true, 1]);
+    chair.heard({ ...PLANS, id: 9 }); // another one's
+    trip.look();
+    expect(trip.routes).toHaveLength(1);
+    chair.heard(PLANS);
+    trip.look();
+    expect([trip.draft!.chosen, trip.routes.length]).toEqual([0, 2]);
   });
 
   it.each(["rider_chosen", "simulation_restarted"])("is of one person: %s ends it", async (code) => {

@@ -11,7 +11,7 @@ from tests.planning.floors import problem, room
 from cohelm.live.control.mission import GoalRefused, Mission, check_goal, wish_of
 from cohelm.live.control.planning_context import PlanningContext
 from cohelm.live.messages import Destination, RouteWish
-from cohelm.live.page.preview_process import TripRequest, plan_trip
+from cohelm.live.page.preview_process import TripRequest, trip_answers
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Wish
 from cohelm.planning import AStar, SoftVia
@@ -33,7 +33,12 @@ def asked(goal=(18.5, 5.8), wishes=(), planner=None, weights=None):
     )
     navigator = SimpleNamespace(global_planner=planner or SoftVia(), filters=())
     setup = SimpleNamespace(grid=THREE_WAYS.grid, robot=THREE_WAYS.robot, navigator=navigator)
-    return plan_trip(request, setup, weights)
+    *before, answer = trip_answers(request, setup, weights)
+    assert [each.complete for each in before] == (
+        [False] if weights is None and not answer.error else []
+    )
+    assert [each.routes[0].points for each in before] == [answer.routes[0].points for _ in before]
+    return answer
 
 
 def test_a_trip_has_the_planners_route_and_alternatives_with_their_differences():

@@ -1,6 +1,8 @@
 """Wishes about the route: what they cover, what is said of them, and when they end."""
 
+import os
 import re
+import signal
 
 import numpy as np
 from playwright.sync_api import expect
@@ -55,3 +57,22 @@ def test_a_wish_made_before_a_trip_ends_with_who_made_it(riders, chair):
     ways(chair, lambda way: way["wishes"])
     other.press("Drive from this screen")
     ways(chair, lambda way: not way["wishes"])
+
+
+def test_while_a_change_is_planned_the_trip_under_way_can_be_cancelled(rider, chair):
+    rider.take()
+    rider.follow("Ward 4")
+    planner = chair.previews
+    os.kill(planner, signal.SIGSTOP)  # as on a computer that is too slow for it
+    try:
+        rider.show("Go to")
+        rider.press("Choose another destination")
+        rider.press("Cafeteria")
+        rider.sees("Until you change it, the trip to Ward 4 goes on.")
+        expect(rider.button("Change to this trip")).to_have_attribute("aria-disabled", "true")
+        rider.press("Cancel trip")
+        rider.until(lambda state: state["goal"] is None)
+        rider.sees("To Cafeteria")
+    finally:
+        os.kill(planner, signal.SIGCONT)
+    rider.until_button("Start")

@@ -11,7 +11,7 @@ import TripPanel from "./TripPanel.svelte";
 
 const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 };
 const PLANS: TripPlans = {
-  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [], through: [], learned: false,
+  type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [], through: [], learned: false, complete: true,
   routes: [{ points: [[0, 0], [9, 0]], length: 9, duration: 13, differences: [], via: null, figures: FIGURES }],
 };
 const nothing = (): void => undefined;

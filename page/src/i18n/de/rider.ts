@@ -100,6 +100,7 @@ export const rider = {
   "trip.notStarted": "Noch nicht begonnen",
   "trip.show": "Fahrt zeigen",
   "trip.keepPresent": "Jetzige Fahrt behalten",
+  "trip.meanwhile": "Bis zum Wechsel gilt die Fahrt zu {name}.",
   "trip.planning": "Der Weg wird geplant …",
   "trip.updating": "Der Weg wird angepasst …",
   "trip.starting": "Der Rollstuhl startet. Der Weg erscheint, sobald er bereit ist.",

@@ -100,6 +100,7 @@ export const rider = {
   "trip.notStarted": "Not started yet",
   "trip.show": "Show trip",
   "trip.keepPresent": "Keep present trip",
+  "trip.meanwhile": "Until you change it, the trip to {name} goes on.",
   "trip.planning": "Planning the route…",
   "trip.updating": "Updating the route…",
   "trip.starting": "The chair is starting up. The route appears when it is ready.",

@@ -258,6 +258,8 @@ class TripPlans(WireMessage):
     """Length of that route within each area to avoid, in their order, m."""
     learned: bool = False
     """The order is the rider's, learned from their choices; otherwise the planner's."""
+    complete: bool = True
+    """False: alternatives are still looked for; they come in another answer with this ``id``."""
     error: str = ""
     """Reason why there is no route; empty if there is one."""
 

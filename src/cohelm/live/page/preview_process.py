@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import pickle
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path as File
@@ -84,6 +84,7 @@ class TripAnswer:
     closest: tuple[float, ...] = ()
     through: tuple[float, ...] = ()
     learned: bool = False
+    complete: bool = True
     error: str = ""
 
 
@@ -124,7 +125,8 @@ def _serve(pipe: OwnerPipe, ride_setup: RideSetup, folder: File | None) -> None:
     while True:
         request = pipe.receive()
         if isinstance(request, TripRequest):
-            pipe.send(plan_trip(request, ride_setup, _weights_of(request.rider, folder)))
+            for answer in trip_answers(request, ride_setup, _weights_of(request.rider, folder)):
+                pipe.send(answer)
         else:
             pipe.send(preview(request, ride_setup))
 
@@ -163,7 +165,8 @@ def warm_up(ride_setup: RideSetup) -> None:
     goal = (float(request.goal[0]), float(request.goal[1]))
     for wishes in ((), warm_up_wishes(ride_setup)[:1]):
         trip = TripRequest(id=0, client="", goal=goal, wishes=wishes, planning_context=pickled)
-        plan_trip(trip, ride_setup)
+        for _ in trip_answers(trip, ride_setup):
+            pass
 
 
 def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
@@ -194,12 +197,13 @@ def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
     )
 
 
-def plan_trip(
+def trip_answers(
     request: TripRequest, ride_setup: RideSetup, weights: FeatureVector | None = None
-) -> TripAnswer:
-    """Plan the routes to a destination: the planner's own, and alternatives.
+) -> Iterator[TripAnswer]:
+    """Plan the routes to a destination: the planner's own, and then once more with alternatives.
 
-    Their order is the rider's, once it is learned; before, the alternatives come by their cost.
+    Their order is the rider's, once it is learned, and then all come at once; before, the planner's
+    own comes as soon as it is known, and the alternatives by their cost.
 
     An alternative comes with the point where it is farthest from the first route, and is the path
     that the planner takes once that point is wished for, with all other wishes.
@@ -220,10 +224,15 @@ def plan_trip(
     criteria = AlternativeCriteria(measuring=measuring)
     planner = ride_setup.navigator.global_planner
     try:
-        found = find_alternatives(problem, planner, MAX_ROUTES, criteria)
+        own = planner.plan(problem)
+        if weights is None:
+            found = find_alternatives(problem, planner, 1, criteria, first=own)
+            yield replace(_trip_answer(request, found, [None], None), complete=False)
+        found = find_alternatives(problem, planner, MAX_ROUTES, criteria, first=own)
     except PlanningError as error:
         text = planning_reason(error).sentence
-        return TripAnswer(id=request.id, client=request.client, error=text)
+        yield TripAnswer(id=request.id, client=request.client, error=text)
+        return
     prepared = prepare(problem, parameters_of(planner))
     shown, vias = [found[0]], list[tuple[float, float] | None]([None])
     for each in found[1:]:
@@ -234,15 +243,25 @@ def plan_trip(
             continue
         shown.append(replace(each, path=path, features=route_features(prepared, path, measuring)))
         vias.append(via)
-    order = preferred_order(shown, weights)
+    yield _trip_answer(request, shown, vias, weights)
+
+
+def _trip_answer(
+    request: TripRequest,
+    shown: Sequence[Alternative],
+    vias: Sequence[tuple[float, float] | None],
+    weights: FeatureVector | None,
+) -> TripAnswer:
+    """Answer with routes, of which the first is the planner's own."""
+    own, order = shown[0].path, preferred_order(shown, weights)
     return TripAnswer(
         id=request.id,
         client=request.client,
         routes=tuple(_trip_route(shown[k], shown[order[0]], vias[k], weights) for k in order),
         learned=weights is not None,
-        extra_length=round(found[0].path.wishes.extra_length, 2),
-        closest=tuple(found[0].path.wishes.closest.round(2).tolist()),
-        through=_through(found[0].path, request.wishes),
+        extra_length=round(own.wishes.extra_length, 2),
+        closest=tuple(own.wishes.closest.round(2).tolist()),
+        through=_through(own, request.wishes),
     )
 
 

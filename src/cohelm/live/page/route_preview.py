@@ -28,15 +28,17 @@ from cohelm.live.page.preview_process import (
 
 MAX_QUEUED_PREVIEWS = 8
 """Maximum number of waiting requests; then the oldest is rejected."""
-ANSWER_TIMEOUT = 25.0
-"""Maximum time for an answer, s; then the process is replaced. A page waits somewhat longer."""
+ANSWER_TIMEOUT = 60.0
+"""Maximum time for an answer, s; then the process is replaced, which costs a slow computer more than
+a minute. A page waits somewhat longer."""
 MAX_LOST = 5
 """Number of processes that may fail in a row, without an answer between them.
 
 Then no more are started and all requests are rejected.
 """
-_NICENESS = 10
-"""Niceness added to that of the server and the navigator."""
+_NICENESS = 5
+"""Niceness added to that of the server and the navigator: a third of their share of a busy
+processor. With 10 it was a tenth, and every answer took longer than a rider waits."""
 
 
 class TripQuestion(NamedTuple):
@@ -137,7 +139,9 @@ class RoutePreview:
         if isinstance(message, ProcessReady):
             self._ready = True
         if isinstance(message, PreviewAnswer | TripAnswer):
-            self._pending, self._lost = None, 0
+            self._lost, self._requested_at = 0, time.monotonic()
+            more = isinstance(message, TripAnswer) and not message.complete
+            self._pending = self._pending if more else None
         if isinstance(message, PreviewAnswer):
             answer = WishPreview(
                 id=message.id,
@@ -156,6 +160,7 @@ class RoutePreview:
                 closest=message.closest,
                 through=message.through,
                 learned=message.learned,
+                complete=message.complete,
                 error=message.error,
             )
             self._send(plans, message.client)

@@ -80,6 +80,8 @@ def find_alternatives(
     planner: GlobalPlanner,
     k: int = 3,
     differing: AlternativeCriteria | None = None,
+    *,
+    first: Path | None = None,
 ) -> tuple[Alternative, ...]:
     """Find up to ``k`` different routes: the planner's own first, the others by their price.
 
@@ -89,6 +91,7 @@ def find_alternatives(
         planner: a global planner; its ``parameters`` define the costs.
         k: number of routes, ≥ 1; the result may contain fewer.
         differing: criteria for an alternative.
+        first: the planner's own route; None: it is planned.
 
     Raises:
         PlanningError: if there is no route at all, as for ``GlobalPlanner.plan``.
@@ -97,7 +100,7 @@ def find_alternatives(
     if k < 1:
         raise ValueError(f"{k} routes were requested; at least one is needed")
     differing = differing or AlternativeCriteria()
-    first = planner.plan(problem)
+    first = first or planner.plan(problem)
     parameters = parameters_of(planner)
     prepared = prepare(problem, parameters)
     chosen, beside_pillar = [first], list[Path]()
