@@ -29,8 +29,8 @@ from cohelm.live.page.preview_process import (
 MAX_QUEUED_PREVIEWS = 8
 """Maximum number of waiting requests; then the oldest is rejected."""
 ANSWER_TIMEOUT = 60.0
-"""Maximum time for an answer, s; then the process is replaced, which costs a slow computer more than
-a minute. A page waits somewhat longer."""
+"""Maximum time for an answer, s; then the process is replaced, which costs a slow computer more
+than a minute. A page waits somewhat longer."""
 MAX_LOST = 5
 """Number of processes that may fail in a row, without an answer between them.
 
