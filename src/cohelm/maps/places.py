@@ -183,8 +183,11 @@ def _place(name: str, given: Any) -> NamedPlace:
                 raise ValueError(f"unknown key {key!r}{nearest(str(key), _KEYS)}")
         polygon = _polygon(given["polygon"]) if "polygon" in given else None
         names = _names(given.get("names", {}))
-        if "point" in given or polygon is not None:
-            point = _point(given["point"]) if "point" in given else innermost_point(polygon)
+        if "point" in given:
+            point = _point(given["point"])
+            return NamedPlace(name=name, point=point, polygon=polygon, names=names)
+        if polygon is not None:
+            point = innermost_point(polygon)
             return NamedPlace(name=name, point=point, polygon=polygon, names=names)
     elif isinstance(given, list):
         return NamedPlace(name=name, point=_point(given))
