@@ -11,7 +11,7 @@ const person = (x: number, y: number, vx = 0, vy = 0) => ({
   id: 1, x, y, vx, vy, radius: 0.25, axis: 0, front: 1, side: 1, rear: 1, group: -1, seen: true,
 });
 const DOOR = { id: 2, a: [2, -0.5], b: [2, 0.5] } as const;
-const PLACES = [{ name: "Pharmacy", x: 3, y: 0, area: [] }, { name: "Ward 1", x: -9, y: 0, area: [] }];
+const PLACES = [{ name: "Pharmacy", x: 3, y: 0, area: [], names: {} }, { name: "Ward 1", x: -9, y: 0, area: [], names: {} }];
 const scene = { doors: [{ ...DOOR, a: [2, -0.5] as [number, number], b: [2, 0.5] as [number, number] }], places: PLACES };
 
 function about(more: Partial<About> = {}): About & { remaining: number } {

@@ -1,6 +1,6 @@
 // Latest messages of the chair, for the components that show them.
 
-import { t } from "./i18n/text.svelte";
+import { languageNow, t } from "./i18n/text.svelte";
 import type { Link, Status } from "./link";
 import type {
   RideEnded,
@@ -41,7 +41,9 @@ export class Chair {
   /** This page's own name among the pages. */
   client = $state("");
   role = $state<Welcome["role"]>("driver");
-  scene = $state.raw<SceneInfo | null>(null);
+  #scene = $state.raw<SceneInfo | null>(null);
+  /** With the names of places in the page's language, where the map has them; the chair knows places by any name. */
+  scene = $derived(inLanguage(this.#scene));
   limits = $state.raw<Limits | null>(null);
   rider = $state.raw<RiderSettings | null>(null);
   state = $state.raw<ChairState | null>(null);
@@ -80,6 +82,22 @@ export class Chair {
     return soon ? { ...state, link: "ready" as const, reason: null } : state;
   });
 
+  /** A place by the name that the page shows, whichever of its names is given. */
+  placeName(name: string): string {
+    const at = this.#scene?.places.findIndex((each) => each.name === name || Object.values(each.names ?? {}).includes(name)) ?? -1;
+    return this.scene?.places[at]?.name ?? name;
+  }
+
+  /** The reason; on the driver's own screen, the one that lost the connection is this one. */
+  #here({ driver, reason }: ChairState): ChairState["reason"] {
+    const lost = driver === this.client && reason?.code === "connection_lost";
+    return lost ? { ...reason, text: t("ready.lost") } : reason;
+  }
+
+  #translated<N extends { readonly name: string }>(named: N): N {
+    return { ...named, name: this.placeName(named.name) };
+  }
+
   follow(link: Link): void {
     link.watch((status) => {
       this.status = status;
@@ -98,7 +116,7 @@ export class Chair {
       case "welcome":
         this.client = message.client;
         this.role = message.role;
-        this.scene = message.scene;
+        this.#scene = message.scene;
         this.limits = message.limits;
         this.rider = message.rider;
         this.differences = null;
@@ -111,9 +129,12 @@ export class Chair {
         this.came = performance.now();
         if (message.driver === this.client && this.state?.driver !== this.client) this.#took = this.came;
         if (message.link === "no_heartbeat" && this.state?.link !== "no_heartbeat") this.#missedSince = this.came;
-        // On the driver's own screen it is this one.
-        const lost = message.driver === this.client && message.reason?.code === "connection_lost";
-        this.state = lost ? { ...message, reason: { ...message.reason!, text: t("ready.lost") } } : message;
+        this.state = {
+          ...message,
+          goal: message.goal && this.#translated(message.goal),
+          offers: message.offers?.map((each) => this.#translated(each)),
+          reason: message.reason && this.#here(message),
+        };
         this.stale = false;
         if (this.ended && message.ride && message.ride !== this.ended.ride) this.ended = null;
         if (this.ended && message.goal && !samePlace(message.goal, this.endedGoal)) this.ended = null;
@@ -143,6 +164,11 @@ export class Chair {
       default:
     }
   }
+}
+
+function inLanguage(scene: SceneInfo | null): SceneInfo | null {
+  const language = languageNow();
+  return scene && { ...scene, places: scene.places.map((each) => ({ ...each, name: each.names?.[language] ?? each.name })) };
 }
 
 function departs({ goal }: ChairState, last: ChairState["goal"]): boolean {

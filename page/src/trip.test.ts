@@ -217,7 +217,7 @@ describe("a trip", () => {
 const HALL: PlaceInfo["area"] = [[0, 4], [9, 4], [9, 6], [0, 6]];
 
 describe("a wish about a place", () => {
-  const places: PlaceInfo[] = [{ name: "Hall", x: 5, y: 5, area: HALL }, { name: "Desk", x: 2, y: 5, area: [] }];
+  const places: PlaceInfo[] = [{ name: "Hall", x: 5, y: 5, area: HALL, names: {} }, { name: "Desk", x: 2, y: 5, area: [], names: {} }];
 
   it("to avoid it covers all of it, or says how much where it has no outline", () => {
     const [hall, desk] = places.map(avoidWish);

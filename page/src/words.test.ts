@@ -1,11 +1,11 @@
 // @vitest-environment node
 import { describe, expect, it } from "vitest";
-import { compared, detour, found, memorable, metres, minutes, movement, observed, readiness, reasonWords, startWords, wishesCost } from "./words";
+import { compared, detour, memorable, metres, minutes, movement, observed, readiness, reasonWords, startWords, wishesCost } from "./words";
 
 const state = { link: "ready", driver: "a", goal: null, mode: "shared", arrived: false, reason: null, not_ready: null } as const;
 
 describe("the difference of a route", () => {
-  const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][] };
+  const ways = { name: "North corridor", x: 5, y: 5, area: [[0, 4], [10, 4], [10, 6], [0, 6]] as [number, number][], names: {} };
   const first = { points: [[0, 0], [5, 0], [10, 0]] as [number, number][], duration: 40, differences: [] };
   const north = { ...first, points: [[0, 0], [0, 5], [10, 5], [10, 0]] as [number, number][], duration: 52 };
 
@@ -178,21 +178,5 @@ describe("the price of wishes", () => {
     expect(wishesCost([avoid], 0)).toBe("Avoid this area: no detour.");
     expect(wishesCost([lab, avoid], 4.9)).toBe("Go via Laboratory, Avoid this area: +4.9 m.");
     expect(wishesCost([lab, avoid, avoid], 4.9)).toBe("With your 3 wishes: +4.9 m.");
-  });
-});
-
-describe("search", () => {
-  const places = ["Ward 10", "Ward 2", "Nurses' station", "Café", "Staff room"].map((name) => ({ name }));
-  const names = (search: string): string[] => found(places, search).map(({ name }) => name);
-
-  it("finds by any part of the name, whatever its accents", () => {
-    expect(names("cafe")).toEqual(["Café"]);
-    expect(names("sta")).toEqual(["Staff room", "Nurses' station"]);
-    expect(names("nurses’ st")).toEqual(["Nurses' station"]);
-  });
-
-  it("orders numbers as people do", () => {
-    expect(names("ward")).toEqual(["Ward 2", "Ward 10"]);
-    expect(names("nowhere")).toEqual([]);
   });
 });

@@ -2,7 +2,7 @@
 
 import type { Cause } from "./around";
 import { en } from "./i18n/en";
-import { isKey, languageNow, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
+import { isKey, num, plural, serverText, t, type Key } from "./i18n/text.svelte";
 import { areaOf, contains, farthestFrom } from "./map/strokes";
 import type { ChairState, PlaceInfo, ReasonText, RideEnded, RouteDifference, TripRoute } from "./messages";
 import type { Turn } from "./turns";
@@ -255,16 +255,3 @@ export function causeWords({ thing, moves, name }: Cause, audience: Audience = "
   return t(`cause.${thing}`);
 }
 
-/** The places whose name has every word of the search; those that begin with it first. */
-export function found<P extends { readonly name: string }>(places: readonly P[], search: string): P[] {
-  const words = plain(search).split(/\s+/).filter(Boolean);
-  const fitting = places.filter(({ name }) => words.every((word) => plain(name).includes(word)));
-  const begins = (place: P): number => (plain(place.name).startsWith(plain(search).trim()) ? 0 : 1);
-  return fitting.sort(
-    (a, b) => begins(a) - begins(b) || a.name.localeCompare(b.name, languageNow(), { numeric: true }),
-  );
-}
-
-function plain(text: string): string {
-  return text.normalize("NFD").replace(/\p{M}/gu, "").replace(/[’']/g, "'").toLowerCase();
-}

@@ -164,3 +164,25 @@ def test_a_place_contains_what_is_inside_its_area():
     place = NamedPlace(name="A", point=np.array([2.0, 2.0]), polygon=SQUARE)
     assert place.contains([0.1, 3.9])
     assert not place.contains([4.1, 2.0])
+
+
+def test_a_place_has_names_in_other_languages_and_is_found_by_each(tmp_path):
+    file = tmp_path / "floor.places.yaml"
+    file.write_text(
+        "Ward 2: {point: [1, 2], names: {de: Station 2}}\nStation 2: [5, 5]\n", encoding="utf-8"
+    )
+    places = read_places(file)
+    ward, station = places
+    assert ward.names == {"de": "Station 2"}
+    assert places.find("station 2") is station  # the map's own name first
+    assert Places(places=(ward,)).find(" Station  2") is ward
+    write_places(places, file)
+    assert [each.names for each in read_places(file)] == [{"de": "Station 2"}, {}]
+
+
+@pytest.mark.parametrize("names", ["[a]", "{de: 3}", "{de: ''}", "Station"])
+def test_names_that_are_none_are_refused(tmp_path, names):
+    file = tmp_path / "floor.places.yaml"
+    file.write_text(f"Ward 2: {{point: [1, 2], names: {names}}}\n", encoding="utf-8")
+    with pytest.raises(MapError, match="Ward 2: names"):
+        read_places(file)

@@ -81,13 +81,18 @@ def test_arrival_is_told_once(rider, chair):
     rider.page.mouse.click(*pixel(rider, x, y + 2.5))
     rider.press("Go here")
     rider.until_button("Start")
+    regions = "[...document.querySelectorAll('.cards > [role=status]')]"
+    rider.page.evaluate(f"window.regions = {regions}")
     rider.press("Start")
     rider.until(lambda state: state["goal"])
     rider.makes(lambda state: state["arrived"], rider.go_on)
-    told = rider.page.get_by_text("You have arrived").filter(visible=True)
+    told = rider.page.get_by_role("status").filter(has_text="You have arrived")
     expect(told).to_have_count(1)
     rider.rest(1.0)
     expect(told).to_have_count(1)
+    # Only a region that was there before is announced.
+    words = rider.page.evaluate("regions.filter((each) => each.isConnected && each.textContent)")
+    assert len(words) == 1
 
 
 def test_the_therapist_may_allow_to_set_off_at_once(rider, chair):

@@ -76,3 +76,27 @@ def test_while_a_change_is_planned_the_trip_under_way_can_be_cancelled(rider, ch
     finally:
         os.kill(planner, signal.SIGCONT)
     rider.until_button("Start")
+
+
+def test_the_focus_survives_every_change_of_view(rider):
+    """By keyboard: the list, the overview, its panel below, the overview again, a cancelled trip."""
+    at = "document.activeElement.closest('main') && document.activeElement !== document.body"
+
+    def press(name):
+        rider.button(name).focus()
+        rider.page.keyboard.press("Enter")
+        rider.rest(0.5)
+        assert rider.page.evaluate(at), name
+
+    rider.look_at("Ward 4")
+    assert rider.page.evaluate(at)
+    press("Hide; the trip is kept")
+    press("Show trip")
+    press("Go via, avoid, draw…")
+    press("Other place")
+    press("Show trip")
+    press("Start")
+    rider.until(lambda state: state["goal"])
+    press("Change route")
+    press("Keep present trip")
+    press("Cancel trip")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import heapq
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,9 @@ from cohelm.errors import ConfigError, MapError
 from cohelm.geometry import distance_to_polygon
 from cohelm.maps.grid import MAX_COORDINATE
 
+_KEYS = ("point", "polygon", "names")
+"""Keys of a place in a file."""
+
 
 @value
 class NamedPlace:
@@ -29,6 +33,8 @@ class NamedPlace:
     """Destination of the place; map frame, m."""
     polygon: Annotated[Floats, Shape("k 2")] | None = None
     """Corners of the area in order; map frame, m."""
+    names: Mapping[str, str] = field(default_factory=dict)
+    """The name in other languages, by their code (``de``)."""
 
     def contains(self, point: ArrayLike) -> bool:
         """Check that a map point (2,) lies in the area; a place without an area contains none."""
@@ -38,7 +44,7 @@ class NamedPlace:
 
 @value
 class Places:
-    """Named places of one map; names are not case-sensitive."""
+    """Named places of one map; names, in every language, are not case-sensitive."""
 
     places: tuple[NamedPlace, ...] = ()
     source: str = "this map"
@@ -62,9 +68,10 @@ class Places:
             MapError: if there is none; names the nearest, or all.
         """
         wanted = _folded(name)
-        for place in self.places:
-            if _folded(place.name) == wanted:
-                return place
+        found = [place for place in self.places if _folded(place.name) == wanted]
+        found += [p for p in self.places if wanted in map(_folded, p.names.values())]
+        if found:
+            return found[0]
         if not self.places:
             raise MapError(f"no place {name!r}: this map has no named places", file=self.source)
         raise MapError(f"no place {name!r}{nearest(name, self.names)}", file=self.source)
@@ -79,7 +86,8 @@ def read_places(file: Path | str) -> Places:
     """The places that a YAML file names.
 
     A place is a point ``Reception: [x, y]``, or an area ``Ward 3: {polygon: [[x, y], …]}``, whose
-    point is then the innermost one unless ``point: [x, y]`` says otherwise.
+    point is then the innermost one unless ``point: [x, y]`` says otherwise. Its ``names:
+    {de: Station 3}`` are those in other languages.
 
     Raises:
         MapError: if the file is missing or invalid; names file and place.
@@ -122,10 +130,10 @@ def write_places(places: Places, file: Path | str) -> None:
     """
     data: dict[str, Any] = {}
     for place in places:
-        if place.polygon is None:
-            data[place.name] = place.point.tolist()
-        else:
-            data[place.name] = {"polygon": place.polygon.tolist(), "point": place.point.tolist()}
+        point = place.point.tolist()
+        area = {} if place.polygon is None else {"polygon": place.polygon.tolist()}
+        more = {**area, **({"names": dict(place.names)} if place.names else {})}
+        data[place.name] = {**more, "point": point} if more else point
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, allow_unicode=True)
     try:
         Path(file).write_text(text, encoding="utf-8")
@@ -171,16 +179,27 @@ def innermost_point(polygon: Floats, *, precision: float = 0.01) -> Floats:
 def _place(name: str, given: Any) -> NamedPlace:
     if isinstance(given, dict):
         for key in given:
-            if key not in {"point", "polygon"}:
-                raise ValueError(f"unknown key {key!r}{nearest(str(key), ('point', 'polygon'))}")
+            if key not in _KEYS:
+                raise ValueError(f"unknown key {key!r}{nearest(str(key), _KEYS)}")
         polygon = _polygon(given["polygon"]) if "polygon" in given else None
+        names = _names(given.get("names", {}))
         if "point" in given:
-            return NamedPlace(name=name, point=_point(given["point"]), polygon=polygon)
+            point = _point(given["point"])
+            return NamedPlace(name=name, point=point, polygon=polygon, names=names)
         if polygon is not None:
-            return NamedPlace(name=name, point=innermost_point(polygon), polygon=polygon)
+            point = innermost_point(polygon)
+            return NamedPlace(name=name, point=point, polygon=polygon, names=names)
     elif isinstance(given, list):
         return NamedPlace(name=name, point=_point(given))
     raise ValueError("must be a point [x, y], or {polygon: [[x, y], …]}")
+
+
+def _names(given: Any) -> dict[str, str]:
+    if not isinstance(given, dict) or not all(
+        isinstance(part, str) and part.strip() for pair in given.items() for part in pair
+    ):
+        raise ValueError("names are a mapping from languages, as in {de: Station 3}")
+    return {language: " ".join(name.split()) for language, name in given.items()}
 
 
 def _point(given: Any) -> Floats:

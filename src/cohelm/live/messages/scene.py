@@ -18,6 +18,8 @@ class PlaceInfo(WireMessage):
     y: float
     area: tuple[tuple[float, float], ...] = ()
     """Corners of its outline, m; empty for a point."""
+    names: Annotated[dict[str, str], Field(default_factory=dict)]
+    """The name in other languages, by their code; requests may use any of them."""
 
 
 class DoorInfo(WireMessage):

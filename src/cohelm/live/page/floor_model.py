@@ -77,4 +77,5 @@ def _place(place: NamedPlace) -> PlaceInfo:
         x=float(place.point[0]),
         y=float(place.point[1]),
         area=tuple((x, y) for x, y in corners),
+        names=dict(place.names),
     )
