@@ -79,7 +79,7 @@ def test_while_a_change_is_planned_the_trip_under_way_can_be_cancelled(rider, ch
 
 
 def test_the_focus_survives_every_change_of_view(rider):
-    """By keyboard: the list, the overview, its panel below, the overview again, a cancelled trip."""
+    """By keyboard: list, overview, its panel below, the overview again, a cancelled trip."""
     at = "document.activeElement.closest('main') && document.activeElement !== document.body"
 
     def press(name):
