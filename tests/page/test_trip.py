@@ -39,7 +39,7 @@ def test_an_alternative_is_driven_if_it_is_chosen(rider, chair):
     second = rider.page.get_by_role(
         "button", name=re.compile(r"through North corridor, about \d+ s longer")
     )
-    expect(second).to_have_count(1)
+    expect(second).to_have_count(1, timeout=60_000)  # it joins the first route
     second.click()
     rider.press("Start")
     way = ways(chair, lambda way: way["points"] and way["length"] > 36.0)
