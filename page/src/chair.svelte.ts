@@ -64,6 +64,8 @@ export class Chair {
   #took = -Infinity;
   /** Since when the chair misses this page's heartbeats, ms. */
   #missedSince = -Infinity;
+  /** The link before that: a chair that waits for "Go on" still does. */
+  #heldLink: ChairState["link"] = "ready";
   /** When the newest state came, by the page's own clock, ms. */
   came = 0;
   /** Connected, and yet no state comes. */
@@ -79,7 +81,7 @@ export class Chair {
     const { state } = this;
     if (state?.link !== "no_heartbeat" || !this.driving) return state;
     const soon = this.came - this.#took < FIRST_BEAT || this.came - this.#missedSince < LATE_BEAT;
-    return soon ? { ...state, link: "ready" as const, reason: null } : state;
+    return soon ? { ...state, link: this.#heldLink, reason: null } : state;
   });
 
   /** A place by the name that the page shows, whichever of its names is given. */
@@ -128,6 +130,7 @@ export class Chair {
       case "state": {
         this.came = performance.now();
         if (message.driver === this.client && this.state?.driver !== this.client) this.#took = this.came;
+        if (message.link !== "no_heartbeat") this.#heldLink = message.link === "no_driver" ? "ready" : message.link;
         if (message.link === "no_heartbeat" && this.state?.link !== "no_heartbeat") this.#missedSince = this.came;
         this.state = {
           ...message,

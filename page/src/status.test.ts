@@ -80,3 +80,14 @@ it("names a reason that was too short to be displayed, by its cause where one is
   surroundings.held = null;
   expect(standingNow()).toBe("Setting off");
 });
+
+it("goes on telling what a chair waits for where a heartbeat is late for a moment", () => {
+  chair.client = "me";
+  const began = performance.now();
+  const clock = vi.spyOn(performance, "now");
+  for (const [after, link] of [[0, "no_heartbeat"], [2_000, "confirm"], [4_000, "no_heartbeat"]] as const) {
+    clock.mockReturnValue(began + after);
+    rolls({ link, speed: 0 });
+  }
+  expect(chair.toTell?.link).toBe("confirm");
+});

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.page import LONG_NAMES, LOOKS, WINDOWS
 from playwright.sync_api import expect
 
-from .served import stands
+from .served import brief, stands
 from .test_access import AXE, LOOK, TAGS
 
 ZOOMED = ((512, 300), (590, 410))
@@ -55,7 +55,8 @@ def look(rider, primary, state):
     page = rider.page
     for window in (*WINDOWS, *ZOOMED):
         resize(page, window)
-        assert page.evaluate(PINNED) == [[[True] * 3] * 2, []], (state, window)
+        found = page.evaluate(PINNED)
+        assert found == [[[True] * 3] * 2, []], (state, window, brief(rider.chair.state))
         assert page.evaluate(LOST) == [], (state, window)
         assert page.evaluate(FITS), (state, window)
 

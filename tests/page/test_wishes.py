@@ -38,25 +38,13 @@ def test_a_place_to_avoid_is_all_of_it_and_of_this_trip_only(rider, chair):
     assert [each["points"] for each in way["wishes"]] == [area]
     assert within(np.array(way["points"]), np.array(area)) < 6.0  # of 24
 
-    rider.show("Route")
-    rider.sees("1. Avoid South corridor")
+    rider.press("Change route")
+    rider.sees("Avoid South corridor")
+    rider.press("Keep present trip")
     rider.press("Cancel trip")
     ways(chair, lambda way: not way["wishes"])
     rider.look_at("Ward 2")
     expect(rider.button(re.compile("^Remove: "))).to_have_count(0)
-
-
-def test_a_wish_made_before_a_trip_ends_with_who_made_it(riders, chair):
-    rider, other = riders(), riders()
-    rider.sees("No driver.")
-    rider.take()
-    rider.show("Route")
-    rider.page.get_by_label("Or choose a place").select_option("Laboratory")
-    rider.press("Avoid")
-    rider.press("Use this route")
-    ways(chair, lambda way: way["wishes"])
-    other.press("Drive from this screen")
-    ways(chair, lambda way: not way["wishes"])
 
 
 def test_while_a_change_is_planned_the_trip_under_way_can_be_cancelled(rider, chair):
@@ -90,10 +78,8 @@ def test_the_focus_survives_every_change_of_view(rider):
 
     rider.look_at("Ward 4")
     assert rider.page.evaluate(at)
-    press("Hide; the trip is kept")
-    press("Show trip")
     press("Go via, avoid, draw…")
-    press("Other place")
+    press("Speed")
     press("Show trip")
     press("Start")
     rider.until(lambda state: state["goal"])
