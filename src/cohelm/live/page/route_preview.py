@@ -38,7 +38,7 @@ Then no more are started and all requests are rejected.
 """
 _NICENESS = 5
 """Niceness added to that of the server and the navigator: a third of their share of a busy
-processor. With 10 it was a tenth, and every answer took longer than a rider waits."""
+processor."""
 
 
 class TripQuestion(NamedTuple):
