@@ -1,6 +1,7 @@
 // Latest messages of the chair, for the components that show them.
 
 import { languageNow, t } from "./i18n/text.svelte";
+import { inLanguage } from "./places";
 import type { Link, Status } from "./link";
 import type {
   RideEnded,
@@ -43,7 +44,7 @@ export class Chair {
   role = $state<Welcome["role"]>("driver");
   #scene = $state.raw<SceneInfo | null>(null);
   /** With the names of places in the page's language, where the map has them; the chair knows places by any name. */
-  scene = $derived(inLanguage(this.#scene));
+  scene = $derived(this.#scene && { ...this.#scene, places: inLanguage(this.#scene.places, languageNow()) });
   limits = $state.raw<Limits | null>(null);
   rider = $state.raw<RiderSettings | null>(null);
   state = $state.raw<ChairState | null>(null);
@@ -167,11 +168,6 @@ export class Chair {
       default:
     }
   }
-}
-
-function inLanguage(scene: SceneInfo | null): SceneInfo | null {
-  const language = languageNow();
-  return scene && { ...scene, places: scene.places.map((each) => ({ ...each, name: each.names?.[language] ?? each.name })) };
 }
 
 function departs({ goal }: ChairState, last: ChairState["goal"]): boolean {

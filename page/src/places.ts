@@ -1,6 +1,7 @@
 // Places by kind, and those that this rider uses: recent ones and favourites, kept on this device.
 
 import type { Key } from "./i18n/text.svelte";
+import type { PlaceInfo } from "./messages";
 
 export interface Named {
   readonly name: string;
@@ -28,6 +29,11 @@ const PASSAGES = /\b(corridor|passage|hallway|hall|niche|aisle|flur|gang|nische)
 const MOST_RECENT = 4;
 const RECENT = "cohelm.recent";
 const FAVOURITES = "cohelm.favourites";
+
+/** Places by their names in a language, where the map has them. */
+export function inLanguage(places: readonly PlaceInfo[], language: string): PlaceInfo[] {
+  return places.map((each) => ({ ...each, name: each.names?.[language] ?? each.name }));
+}
 
 /** Every place once, by kind; kinds without a place are left out. */
 export function grouped<P extends Named>(places: readonly P[]): Group<P>[] {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.geometry import distance_to_polygon
-from cohelm.live.page.floor_solids import floor_solids
+from cohelm.live.floor_model import floor_solids
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import floor_of
 from cohelm.scenarios.floor import floor_plan

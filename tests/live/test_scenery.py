@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from cohelm.live.page.floor_model import floor_model
-from cohelm.live.sessions.map_image import map_image
+from cohelm.live.floor_model import floor_model, map_image
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import floor_of

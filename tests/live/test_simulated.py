@@ -14,7 +14,7 @@ from cohelm.live.control.added_people import (
     new_pedestrian,
     walkable_floor,
 )
-from cohelm.live.page.floor_model import floor_model
+from cohelm.live.floor_model import floor_model
 from cohelm.maps import distance_field
 from cohelm.messages import Decision
 from cohelm.scenarios import load_scenario

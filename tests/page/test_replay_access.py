@@ -53,3 +53,20 @@ def test_a_recorded_ride(browser, address, size):
     rider.page.keyboard.press("End")
     expect(slider).not_to_have_attribute("aria-valuetext", before)
     context.close()
+
+
+def test_a_recorded_ride_in_three_dimensions(browser, address):
+    context = browser.new_context(viewport={"width": 1024, "height": 700})
+    page = context.new_page()
+    page.goto(address)
+    page.get_by_role("button", name="3-D view").click(timeout=30_000)
+    view = page.get_by_test_id("replay3d")
+    expect(view).to_be_visible(timeout=30_000)
+    behind = view.screenshot()
+    page.get_by_role("button", name="From above").click()
+    page.wait_for_timeout(2_000)
+    assert view.screenshot() != behind
+    assert page.get_by_role("alert").count() == 0
+    page.get_by_role("button", name="3-D view").click()
+    expect(view).to_have_count(0)
+    context.close()

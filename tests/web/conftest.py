@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed
 
 from cohelm.errors import StoreError
 from cohelm.live import DriveHealth, LimitsLoosened
+from cohelm.live.floor_model import FloorSolids, SolidShape
 from cohelm.live.messages import (
     ChairInfo,
     ChairState,
@@ -20,7 +21,6 @@ from cohelm.live.messages import (
     SceneInfo,
     Welcome,
 )
-from cohelm.live.page.floor_solids import FloorSolids, SolidShape
 from cohelm.web.page_files import Asset
 from cohelm.web.server import listening, make_context, server
 

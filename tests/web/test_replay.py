@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from cohelm.errors import ConfigError, RecordingError
+from cohelm.live.floor_model import recorded_floor
 from cohelm.live.sessions.timeline import PERIOD, timeline_of_recording
 from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.reader import RecordedRide
@@ -29,6 +30,15 @@ def test_the_timeline_is_the_recorded_ride(recorded):
     assert np.allclose(told.pose[0], ticks[0].observation.pose, atol=1e-3)
     assert np.allclose(told.pose[-1][:2], ticks[-1].observation.pose[:2], atol=0.1)
     assert told.floor.image.startswith("data:image/png;base64,")
+    assert told.floor.solids is not None
+
+
+def test_a_floor_that_is_not_on_this_machine_has_walls_without_names(recorded):
+    facts = RecordedRide(recorded).facts
+    content = {**facts.scenario, "floor": None, "map": "gone.yaml"}
+    floor = recorded_floor(content, facts.grid)
+    assert (floor.places, floor.solids) == ((), None)
+    assert floor.image.startswith("data:image/png;base64,")
 
 
 def test_it_is_served_with_its_page(recorded):

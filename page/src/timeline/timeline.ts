@@ -1,6 +1,9 @@
 // A ride as it is told by the server: samples at a fixed period, and reasons with their times.
 
 import type { Point } from "../map/view";
+import type { DoorInfo, FloorInfo, PersonInfo, PlaceInfo } from "../messages";
+import type { FloorSolids } from "../view3d/floorSolids";
+import type { Drawn } from "../view3d/world";
 
 export interface Timeline {
   /** Between samples, s. */
@@ -18,7 +21,7 @@ export interface Timeline {
   readonly route: readonly Point[];
   readonly goal: Point | null;
   readonly outline: readonly Point[];
-  readonly floor: TimelineFloor;
+  readonly floor: RideFloor;
 }
 
 export interface TimedReason {
@@ -28,14 +31,37 @@ export interface TimedReason {
   readonly text: string;
 }
 
-export interface TimelineFloor {
-  /** Address of a picture, or the picture itself. */
-  readonly image: string;
-  readonly x: number;
-  readonly y: number;
-  readonly width: number;
-  readonly height: number;
-  readonly resolution: number;
+/** Its image is the picture itself; a ride of an older program has no more than that. */
+export interface RideFloor extends FloorInfo {
+  readonly places?: readonly PlaceInfo[];
+  readonly doors?: readonly DoorInfo[];
+  readonly solids?: FloorSolids | null;
+}
+
+/** A person who is nearer than this to where one was in the sample before is the same, m (assumed). */
+const SAME = 0.6;
+
+/** What a 3-D view draws of one sample. */
+export function drawnAt(ride: Timeline, k: number): Drawn {
+  const before = ride.people[Math.max(0, k - 1)] ?? [];
+  return {
+    pose: [...(ride.pose[k] ?? ride.pose[0]!)],
+    speed: ride.speed[k] ?? 0,
+    turn_rate: 0,
+    reason: null,
+    people: (ride.people[k] ?? []).map((at, id) => personAt(at, id, before, ride.period)),
+    true_people: [],
+    closed_doors: [],
+    plan: [],
+    groups: [],
+    goal: ride.goal && { name: "", x: ride.goal[0], y: ride.goal[1] },
+  };
+}
+
+function personAt([x, y]: Point, id: number, before: readonly Point[], period: number): PersonInfo {
+  const was = before.find((each) => Math.hypot(each[0] - x, each[1] - y) < SAME) ?? [x, y];
+  const [vx, vy] = [(x - was[0]) / period, (y - was[1]) / period];
+  return { id, x, y, vx, vy, radius: 0.25, axis: 0, front: 0, side: 0, rear: 0, group: -1, seen: true };
 }
 
 /** Duration of a ride, s. */

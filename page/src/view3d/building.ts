@@ -34,7 +34,7 @@ export interface Building {
 }
 
 export interface Plan {
-  readonly scene: SceneInfo;
+  readonly scene: Pick<SceneInfo, "floor" | "doors">;
   readonly solids: FloorSolids;
   readonly pixels: ImageData;
   readonly colours: Colours;

@@ -21,7 +21,7 @@ export interface FloorSolids {
 }
 
 /** Walls of an assumed height and nothing else, where the server tells nothing. */
-const WALLS_ONLY: FloorSolids = { wall_height: 2.5, ceiling: true, solids: [], wet: [] };
+export const WALLS_ONLY: FloorSolids = { wall_height: 2.5, ceiling: true, solids: [], wet: [] };
 
 export async function loadSolids(): Promise<FloorSolids> {
   const answer = await ask<FloorSolids>("GET", "/api/floor/solids");

@@ -32,7 +32,7 @@ const Z = { wet: 0.005, group: 0.006, zone: 0.01, casing: 0.012, route: 0.016, p
 const ROUND = 32;
 
 export interface Ways {
-  readonly route: RouteUpdate;
+  readonly route: Pick<RouteUpdate, "points" | "wishes" | "without_wishes">;
   /** Remaining length of the route, m; null: unknown. */
   readonly left: number | null;
 }

@@ -3,13 +3,12 @@
 import { Group, PerspectiveCamera, SRGBColorSpace, WebGLRenderer } from "three";
 import { Motion, placed, type Shown } from "../map/motion";
 import type { Colours } from "../map/palette";
-import type { ChairState } from "../messages";
 import { followed, sightOf, type CameraName, type Sight } from "./cameras";
 import { Detail } from "./detail";
 import { enter, sit, stopSign } from "./headset";
 import type { Ways } from "./markings";
 import { release } from "./parts";
-import { World, type Floor } from "./world";
+import { World, type Drawn, type Floor } from "./world";
 
 /** More pixels than the page's own are drawn up to this ratio. */
 const FINEST = 2;
@@ -76,7 +75,7 @@ export class Stage {
     this.#dirty = true;
   }
 
-  state(state: ChairState, now: number): void {
+  state(state: Drawn, now: number): void {
     if (placed(state)) this.#motion.put(state, now);
     this.#twist = [state.speed, state.turn_rate];
     this.#world.state(state);

@@ -39,7 +39,7 @@ interface Tints {
   readonly hair: Color;
 }
 
-export function chairModel(chair: ChairInfo, colours: Colours): ChairModel {
+export function chairModel(chair: Pick<ChairInfo, "outline">, colours: Colours): ChairModel {
   const extent = extentOf(chair.outline);
   const tints = tintsOf(colours);
   const group = new Group();

@@ -16,10 +16,16 @@ import { Signs } from "./signs";
 import { chairModel, type ChairModel } from "./wheelchair";
 
 export interface Floor {
-  readonly scene: SceneInfo;
+  readonly scene: Pick<SceneInfo, "floor" | "places" | "doors"> & { readonly chair: Pick<SceneInfo["chair"], "outline"> };
   readonly solids: FloorSolids;
   readonly image: HTMLImageElement;
 }
+
+/** What is drawn of a chair's state. */
+export type Drawn = Pick<
+  ChairState,
+  "pose" | "speed" | "turn_rate" | "reason" | "people" | "true_people" | "closed_doors" | "plan" | "groups" | "goal"
+>;
 
 /** What moves, and how fast the chair does. */
 export interface Moment {
@@ -39,7 +45,7 @@ export class World {
   #markings!: Markings;
   #signs!: Signs;
   #chair!: ChairModel;
-  #state: ChairState | null = null;
+  #state: Drawn | null = null;
   #ways: Ways | null = null;
 
   constructor(
@@ -81,7 +87,7 @@ export class World {
     this.#markings.ways(ways);
   }
 
-  state(state: ChairState): void {
+  state(state: Drawn): void {
     if (state.closed_doors.join() !== this.#state?.closed_doors.join()) this.#building.shut(state.closed_doors);
     this.#state = state;
     this.#markings.state(state);

@@ -15,8 +15,8 @@ from cohelm.control import LocalPlanner
 from cohelm.evaluation import measure, run
 from cohelm.live.control.navigator_process import warm_up
 from cohelm.live.control.world_factory import build_world
+from cohelm.live.floor_model import floor_model
 from cohelm.live.page import preview_process
-from cohelm.live.page.floor_model import floor_model
 from cohelm.maps import distance_field
 from cohelm.messages import Mode
 from cohelm.perception import Detector

@@ -30,6 +30,7 @@ from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
 from cohelm.live.drive_health import DriveHealth
+from cohelm.live.floor_model import floor_model
 from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
     Echo,
@@ -45,7 +46,6 @@ from cohelm.live.messages import (
     Welcome,
 )
 from cohelm.live.page.commands import HANDLERS, CommandHandler
-from cohelm.live.page.floor_model import floor_model
 from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.rider_choice import RiderChoice

@@ -9,8 +9,8 @@ from fastapi import APIRouter, Depends, Path, Request, Response
 from pydantic import Field
 
 from cohelm.config import Model
+from cohelm.live.floor_model import FloorSolids
 from cohelm.live.messages import Limits, RiderSettings, Role, StopCommand
-from cohelm.live.page.floor_solids import FloorSolids
 from cohelm.live.sessions.audit import AuditEntry
 from cohelm.live.sessions.records import SessionSummary
 from cohelm.live.sessions.response import RiderResponse, reset_response, stored_response

@@ -5,7 +5,6 @@ The same form holds a ride of a session, from its rows, and a recording, from it
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -16,9 +15,8 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.evaluation.episode.ride import Ride
-from cohelm.live.sessions.map_image import map_image
+from cohelm.live.floor_model import RecordedFloor, recorded_floor
 from cohelm.live.sessions.records import RideStop
-from cohelm.maps import OccupancyGrid
 from cohelm.reasons import Reason
 from cohelm.recordings.bags.mcap_file import read_mcap
 from cohelm.recordings.bags.ros_messages import decode
@@ -36,18 +34,6 @@ SAME_TICK = 1e-6
 _SPACING = 3
 """Every how many points of a route are told."""
 Point = tuple[float, float]
-
-
-class TimelineFloor(Model):
-    """Map as a picture; fields as in ``FloorInfo``."""
-
-    image: str
-    """Data URL of a PNG."""
-    x: float
-    y: float
-    width: int
-    height: int
-    resolution: float
 
 
 class Timeline(Model):
@@ -69,7 +55,7 @@ class Timeline(Model):
     goal: Point | None = None
     outline: tuple[Point, ...]
     """Corners of the chair in its own frame, m."""
-    floor: TimelineFloor
+    floor: RecordedFloor
 
 
 def timeline_of(ride: Ride, stops: Sequence[RideStop]) -> Timeline:
@@ -92,7 +78,7 @@ def timeline_of(ride: Ride, stops: Sequence[RideStop]) -> Timeline:
         route=_points(ride.path.points[::_SPACING]) if ride.path is not None else (),
         goal=_pair(ride.goal) if np.isfinite(ride.goal).all() else None,
         outline=_points(ride.robot.outline),
-        floor=_floor(ride.grid),
+        floor=recorded_floor(ride.scenario, ride.grid),
     )
 
 
@@ -133,7 +119,7 @@ def timeline_of_recording(file: Path, warn: Callable[[str], None] | None = None)
         reasons=_reasons(ticks),
         route=topics.route,
         outline=_points(recorded.facts.robot.outline),
-        floor=_floor(recorded.facts.grid),
+        floor=recorded_floor(recorded.facts.scenario, recorded.facts.grid),
     )
 
 
@@ -235,12 +221,6 @@ def _samples(times: Floats) -> tuple[list[int], float]:
     before = np.maximum(after - 1, 0)
     nearer = np.where(due - times[before] <= times[after] - due, before, after)
     return nearer.tolist(), round(period, 3)
-
-
-def _floor(grid: OccupancyGrid) -> TimelineFloor:
-    floor, png = map_image(grid)
-    image = f"data:image/png;base64,{base64.b64encode(png).decode()}"
-    return TimelineFloor(**floor.model_dump(exclude={"image"}), image=image)
 
 
 def _points(line: Floats) -> tuple[Point, ...]:
