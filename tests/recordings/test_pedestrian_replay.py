@@ -123,13 +123,13 @@ def test_a_film_is_laid_where_and_when_it_is_asked_for(film):
 
 
 def test_who_comes_after_the_ride_is_left_out(film):
-    assert len(replayed(film, seconds=0.0, begin=0.0).pop().radius) == 4
+    assert len(replayed(film, begin=0.0).pop().radius) == 4
     model = Replay(Replay.Parameters(file=str(film), seconds=1.0))
     assert len(prepare_crowd(model, nobody()).radius) == 3
 
 
 def test_groups_are_the_films_and_nobody_sees_the_chair(film):
-    crowd = replayed(film, seconds=0.0)[0]
+    crowd = replayed(film)[0]
     assert crowd.group.tolist() == [0, 0, -1, -1]
     assert not crowd.sees_robot.any()
 
@@ -190,7 +190,7 @@ def test_a_file_that_is_no_film_is_refused_by_name(tmp_path):
     np.savez(tmp_path / "cases.npz", pos_vel=states)
     with pytest.raises(RecordingError, match="no case 2"):
         replayed(tmp_path / "cases.npz", case=2)
-    assert len(replayed(tmp_path / "cases.npz", seconds=0.0, case=1)[0].radius) == 3
+    assert len(replayed(tmp_path / "cases.npz", case=1)[0].radius) == 3
 
 
 @pytest.mark.data

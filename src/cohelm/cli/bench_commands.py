@@ -103,10 +103,6 @@ BENCHES = {
         "cohelm.benchmarks.rides.twin",
         "Planar simulation beside the MuJoCo twin: arrivals, contacts, forces.",
     ),
-    "twin-planners": (
-        "cohelm.benchmarks.rides.twin_planners",
-        "Order of the local planners in the planar simulation and in the MuJoCo twin.",
-    ),
 }
 """Name → ``module`` or ``module:function`` (default ``create``) that returns a bench, and help."""
 
@@ -135,7 +131,6 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "solver": ("part", "share", "solver_settings"),
     "speed": ("planners", "scenes", "settings"),
     "twin": ("scenes", "settings"),
-    "twin-planners": ("planners", "scenes", "settings"),
 }
 """Benchmark → its own options, by their names in ``bench_options.OWN``."""
 

@@ -13,7 +13,6 @@ from cohelm.cli.requests import (
     Json,
     MapRequest,
     PeopleRequest,
-    ProposeRequest,
     ReplayRequest,
     RouteRequest,
     RunRequest,
@@ -21,13 +20,6 @@ from cohelm.cli.requests import (
 from cohelm.cli.ros2_request import Ros2Request
 
 app = typer.Typer()
-
-preferences = typer.Typer(
-    name="preferences",
-    help="Show or forget the preferences learned from a rider's choices.",
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-)
 
 map_changes = typer.Typer(
     name="map-changes",
@@ -39,9 +31,6 @@ map_changes = typer.Typer(
 DataFolder = Annotated[
     Path | None,
     typer.Option("--data", metavar="DIR", help="Folder of the sessions; default: the usual one."),
-]
-Rider = Annotated[
-    str, typer.Option(metavar="NAME|FILE", help="Rider: a name, or your own .json file.")
 ]
 Drawings = Annotated[
     Path | None, typer.Option("--plot", metavar="DIR", help="Draw each of them to this folder.")
@@ -111,29 +100,6 @@ def people(request: PeopleRequest) -> int:
     return people.people(request)
 
 
-@app.command()
-@takes(ProposeRequest)
-def propose(request: ProposeRequest) -> int:
-    """Propose routes, ranked by the rider's earlier choices, with the reason.
-
-    The choice is the rider's: record it afterwards with 'cohelm choose'.
-    """
-    from cohelm.cli import propose
-
-    return propose.propose(request)
-
-
-@app.command()
-def choose(
-    taken: Annotated[int, typer.Argument(metavar="N", min=1, help="Number of the route.")],
-    rider: Rider,
-) -> int:
-    """Record which of the last proposed routes the rider took, and learn from it."""
-    from cohelm.cli import propose
-
-    return propose.choose(taken, rider)
-
-
 app.add_typer(map_changes)
 
 
@@ -170,25 +136,6 @@ def forget_map_changes(
     return map_changes.forget(data, key)
 
 
-app.add_typer(preferences)
-
-
-@preferences.command()
-def show(rider: Rider, json: Json = False) -> int:
-    """Show the preferences learned from a rider's choices."""
-    from cohelm.cli import propose
-
-    return propose.show(rider, json=json)
-
-
-@preferences.command()
-def reset(rider: Rider) -> int:
-    """Forget a rider's choices and preferences; the file is kept as .bak."""
-    from cohelm.cli import propose
-
-    return propose.reset(rider)
-
-
 @app.command()
 def compare(
     before: Annotated[Path, typer.Argument(metavar="A", help="Result folder: before.")],
@@ -207,45 +154,6 @@ def compare(
 
     names = split_names(measures, "--measures") or None
     return compare.compare(before, after, names, strict=strict, json=json)
-
-
-@app.command()
-def rate(
-    folder: Annotated[Path, typer.Argument(help="Folder of a bench or of cohelm run --out.")],
-    rating: Annotated[
-        int | None, typer.Option(min=1, max=5, help="1 (bad) to 5 (good); default: list ratings.")
-    ] = None,
-    ride: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY=VALUE", help="Selects the ride: scene=crossing; repeatable."),
-    ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the ride.")] = None,
-    *,
-    rater: Annotated[str, typer.Option(metavar="NAME", help="Pseudonym of the person.")] = "",
-    note: Annotated[str, typer.Option(help="Remark.")] = "",
-    json: Json = False,
-) -> int:
-    """Store a person's rating of a ride, 1 to 5, beside the ride."""
-    from cohelm.cli import rate
-
-    picked = rate.RidePick(columns=tuple(ride or ()), seed=seed)
-    return rate.rate(folder, rating, picked, rater=rater, note=note, json=json)
-
-
-@app.command()
-def response(
-    data: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Folder of the sessions.")
-    ] = None,
-    reset: Annotated[
-        bool, typer.Option("--reset", help="Forget it: rides until now no longer count.")
-    ] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
-) -> int:
-    """Show or reset what the chair has learned about its rider."""
-    from cohelm.cli import response
-
-    return response.response(data, reset=reset, json=json)
 
 
 @app.command("compile")

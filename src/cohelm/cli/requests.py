@@ -124,7 +124,7 @@ class DriveRequest:
 
 @dataclass(frozen=True, kw_only=True)
 class RouteRequest:
-    """Options that ``cohelm plan`` and ``cohelm propose`` share."""
+    """Options of ``cohelm plan``."""
 
     map: MapFile
     start: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Start, m, or a place.")]
@@ -199,22 +199,6 @@ class RouteRequest:
     ] = None
     json: Json = False
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the routes.")] = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class ProposeRequest(RouteRequest):
-    """Options of ``cohelm propose``."""
-
-    alternatives: Annotated[
-        int, typer.Option(metavar="K", min=1, max=20, help="Maximum number of different routes.")
-    ] = 3
-    rider: Annotated[
-        str | None,
-        typer.Option(metavar="NAME|FILE", help="Rider whose choices count: a name or .json file."),
-    ] = None
-    take: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="Record that the rider takes route N.")
-    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

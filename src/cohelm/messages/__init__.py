@@ -13,7 +13,7 @@ values of one step; it lives there because it also holds the memory of each stag
 
 from cohelm.messages.decision import Decision, LocalPlan, Status
 from cohelm.messages.destinations import DestinationBelief, DestinationOffer
-from cohelm.messages.environment import ChairConfidence, Crowding, LiveObstacles, Sensing
+from cohelm.messages.environment import Crowding, LiveObstacles, Sensing
 from cohelm.messages.observation import (
     Inertial,
     Observation,
@@ -28,7 +28,6 @@ from cohelm.reasons import OfferReason, Reason
 
 __all__ = [
     "Authority",
-    "ChairConfidence",
     "Crowding",
     "Decision",
     "DestinationBelief",

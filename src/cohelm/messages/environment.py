@@ -28,28 +28,6 @@ class Sensing(StrEnum):
 
 
 @value
-class ChairConfidence:
-    """Confidence of the chair in what it knows; every part is in 0…1, and 1 where nothing is known.
-
-    A stage that knows more replaces its part.
-    """
-
-    beams: float = 1.0
-    """Share of the laser beams with a usable reading."""
-    coverage: float = 1.0
-    """Share of the directions ahead and beside that a laser covers."""
-    localisation: float = 1.0
-    """Health of the localiser; 1 until a stage fills it."""
-    map_agreement: float = 1.0
-    """Share of the beams that do not pass through a mapped wall."""
-
-    @property
-    def total(self) -> float:
-        """Product of all parts."""
-        return self.beams * self.coverage * self.localisation * self.map_agreement
-
-
-@value
 class Crowding:
     """Recent density of people on a coarse grid over the floor."""
 

@@ -26,7 +26,6 @@ from cohelm.messages import (
     Request,
 )
 from cohelm.navigation.belief_help import inferred_destinations, with_belief_help
-from cohelm.navigation.chair_confidence import update_confidence
 from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
 from cohelm.navigation.destination_inference import destination_inference
 from cohelm.navigation.final_approach import has_arrived
@@ -196,11 +195,10 @@ class Navigator:
 
     def _share(self, step: StepInput) -> Sharing:
         """Weigh the rider's input, and infer destinations if the rider has chosen none."""
-        confidence = update_confidence(step.observation, self.walls, step.memory.confidence)
-        authority, authority_state = rider_authority(step, confidence)
+        authority, authority_state = rider_authority(step)
         authority, yielding = with_yielding(step, authority)
         belief, belief_state = inferred_destinations(self.destinations, step, authority)
-        return Sharing(authority, authority_state, yielding, confidence, belief, belief_state)
+        return Sharing(authority, authority_state, yielding, belief, belief_state)
 
     def _holds(self, request: Request, authority: Authority) -> bool:
         """Check that the chair need not make progress: the rider drives or requests a stop."""

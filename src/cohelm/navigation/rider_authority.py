@@ -5,15 +5,13 @@ from __future__ import annotations
 import dataclasses
 
 from cohelm import sharing
-from cohelm.messages import Authority, ChairConfidence, Mode
+from cohelm.messages import Authority, Mode
 from cohelm.navigation.recovery.stages import RecoveryAction
 from cohelm.navigation.tick import StepInput
 from cohelm.sharing import AuthorityState
 
 
-def rider_authority(
-    step: StepInput, confidence: ChairConfidence
-) -> tuple[Authority, AuthorityState]:
+def rider_authority(step: StepInput) -> tuple[Authority, AuthorityState]:
     """Compute the rider's input and its weight η."""
     setup = step.setup
     return sharing.authority(
@@ -26,7 +24,6 @@ def rider_authority(
         speed_limit=setup.speed_limit(step.request),
         memory=step.memory.authority,
         parameters=setup.authority,
-        chair=confidence.total,
     )
 
 

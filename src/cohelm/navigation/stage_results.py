@@ -11,7 +11,6 @@ from typing import NamedTuple
 from cohelm.health import Health, HealthState, acknowledged
 from cohelm.messages import (
     Authority,
-    ChairConfidence,
     Decision,
     DestinationBelief,
     Observation,
@@ -46,7 +45,6 @@ class Sharing(NamedTuple):
     authority_state: AuthorityState
     yielding: YieldingState | None
     """None outside shared mode."""
-    confidence: ChairConfidence
     destinations: DestinationBelief | None
     """None with a chosen destination."""
     destination_state: DestinationState | None
@@ -89,7 +87,6 @@ def tick_of(
         path=course.route.path if course.route else None,
         reference=course.reference,
         authority=results.authority,
-        confidence=sharing.confidence,
         recovery=results.recovery.action,
         shared=course.shared,
         plan=results.motion.plan,
@@ -124,7 +121,6 @@ def _memory(results: StageResults) -> Memory:
         authority=sharing.authority_state,
         steering=motion.steering,
         yielding=with_disagreement(sharing.yielding, motion.own),
-        confidence=sharing.confidence,
         destinations=sharing.destination_state,
         last_contact=world.last_contact,
     )

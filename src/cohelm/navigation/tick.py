@@ -16,7 +16,6 @@ from cohelm.arrays import Annotated, Floats, Shape, value
 from cohelm.health import Health, HealthState
 from cohelm.messages import (
     Authority,
-    ChairConfidence,
     Decision,
     DestinationBelief,
     Groups,
@@ -70,7 +69,6 @@ class Memory:
     authority: AuthorityState | None = None
     steering: SteeringState | None = None
     yielding: YieldingState | None = None
-    confidence: ChairConfidence | None = None
     destinations: DestinationState | None = None
     last_contact: float = -math.inf
     """Time when a walking person last touched the chair, s."""
@@ -95,8 +93,6 @@ class Tick:
     reference: Reference | None = None
     """Along the path."""
     authority: Authority | None = None
-    confidence: ChairConfidence | None = None
-    """Of the chair in what it knows."""
     recovery: RecoveryAction | None = None
     """Recovery action; its stage is None while the ride makes progress."""
     shared: Reference | None = None

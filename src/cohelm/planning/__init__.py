@@ -41,7 +41,6 @@ from cohelm.planning.alternatives.alternatives import (
     find_alternatives,
 )
 from cohelm.planning.alternatives.features import FeatureParameters, RouteFeatures, route_features
-from cohelm.planning.alternatives.proposal import Proposal, propose
 from cohelm.planning.api import GlobalPlanner, RouteProblem
 from cohelm.planning.cost_to_go import CostToGo, cost_to_go
 from cohelm.planning.costmap.costmap import Costmap, build_costmap, combine
@@ -64,7 +63,6 @@ __all__ = [
     "GlobalPlanner",
     "Inflation",
     "IterativeAStar",
-    "Proposal",
     "ReferenceSettings",
     "RouteFeatures",
     "RouteProblem",
@@ -77,6 +75,5 @@ __all__ = [
     "costmap_for",
     "find_alternatives",
     "make_reference",
-    "propose",
     "route_features",
 ]

@@ -14,7 +14,6 @@ from matplotlib.transforms import Affine2D
 
 from cohelm import messages
 from cohelm.arrays import Floats
-from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.maps import Places
 from cohelm.messages import Wish
 from cohelm.planning import Costmap, RouteProblem
@@ -73,46 +72,6 @@ def draw_plan(record: PlanRecord, file: Path, *, title: str = "") -> None:
     _draw_pivots(axes, path)
     draw_points(axes, wishes)
     canvas.draw_ends(axes, path.points[0], path.points[-1])
-    canvas.draw_legend(figure, axes)
-    canvas.save(figure, file)
-
-
-def draw_routes(
-    problem: RouteProblem,
-    routes: Sequence[messages.Path],
-    file: Path,
-    places: Places,
-    *,
-    title: str = "",
-) -> None:
-    """Draw routes in their order, each numbered where it is farthest from the others.
-
-    Raises:
-        ConfigError: if the file cannot be written as a picture.
-    """
-    canvas.check_picture(file)
-    marks = [wish.points for wish in problem.wishes if wish.kind == "attract"]
-    shown = np.concatenate([*(route.points for route in routes), *marks])
-    figure, axes = canvas.sheet(canvas.around(shown, problem.grid, margin=2.0), title)
-    canvas.draw_floor(axes, problem.grid)
-    canvas.draw_places(axes, places, np.concatenate([routes[0].points, *marks]))
-    draw_masks(axes, problem)
-    draw_zones(axes, problem.wishes)
-    draw_strokes(axes, problem.wishes)
-    for i, route in enumerate(routes):
-        colour = ROUTE_COLOURS[i % len(ROUTE_COLOURS)]
-        axes.plot(
-            *route.points.T, color=colour, linestyle=ROUTE_DASHES[i % len(ROUTE_DASHES)],
-            linewidth=2.4 if i == 0 else 1.8, label=f"{i + 1}: {route.length:.1f} m",
-            zorder=6 - min(i, 2),
-        )  # fmt: skip
-        axes.annotate(
-            str(i + 1), _label_point(route, [each for each in routes if each is not route]),
-            ha="center", va="center", fontsize=13, fontweight="bold", color=colour,
-            path_effects=[withStroke(linewidth=4.0, foreground="white")], zorder=13,
-        )  # fmt: skip
-    draw_points(axes, problem.wishes)
-    canvas.draw_ends(axes, routes[0].points[0], routes[0].points[-1])
     canvas.draw_legend(figure, axes)
     canvas.save(figure, file)
 
@@ -234,12 +193,3 @@ def _title(path: messages.Path) -> str:
     if len(report.closest):
         title += f", {report.closest.max():.2f} m from it at worst"
     return title
-
-
-def _label_point(route: messages.Path, others: Sequence[messages.Path]) -> tuple[float, float]:
-    """The point of a route farthest from all others; its middle if there are none."""
-    points = resample(route.points, 0.5)
-    if not others:
-        return tuple(points[len(points) // 2])
-    distance = [min(nearest_on_polyline(o.points, x, y)[1] for o in others) for x, y in points]
-    return tuple(points[int(np.argmax(distance))])

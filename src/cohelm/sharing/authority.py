@@ -2,10 +2,6 @@
 
 Xu et al., eq. (13), prints η = 1 − eⁱ, which is never positive; it must be η = 1 − e⁻ⁱ: 0, 0.63,
 0.86, 0.95 … for i = 0, 1, 2, 3. It never reaches 1: manual mode is separate.
-
-A second law, ``confidence``, weighs how sure rider and chair are: η = r / (r + κ c). The rider's
-confidence r is the size of the stick's deflection times the square of its steadiness, the length of
-the mean deflection over the mean length; c is the chair's (``messages.ChairConfidence``).
 """
 
 from __future__ import annotations
@@ -32,14 +28,6 @@ _CENTRED: Floats = read_only(np.zeros(2))
 class AuthorityParameters(Model):
     """Law of η and definition of an intent; the paper gives no figures, these are assumed."""
 
-    law: Literal["intents", "confidence"] = "intents"
-    """``intents``: eq. (13), corrected; ``confidence``: η = r / (r + κ c)."""
-    chair_weight: float = Field(0.2, gt=0.0, le=10.0)
-    """κ, weight of a chair that is sure of all it knows, beside a rider who is sure."""
-    steady_time: float = Field(1.0, gt=0.0, le=10.0)
-    """Time constant of the means of the stick, s."""
-    purposeful: float = Field(0.3, gt=0.0, le=1.0)
-    """Mean deflection from which a push is on purpose."""
     count: Literal["intent", "messages"] = "intent"
     """``intent``: changes of the stick and the time it is held; ``messages``: every deflected
     message, as printed (a held stick sends 20 a second, so η is nearly 1 at once)."""
@@ -70,10 +58,6 @@ class AuthorityState:
     """Deflection at the last intent."""
     against_since: float = math.inf
     """Time since which the stick is held against the travel, s."""
-    mean: Annotated[Floats, Shape("2")] = dataclasses.field(default_factory=lambda: _CENTRED)
-    """Mean deflection of the last time."""
-    mean_size: float = 0.0
-    """Mean size of the deflection in this time."""
 
 
 @dataclasses.dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,9 +79,8 @@ def authority(
     speed_limit: float,
     memory: AuthorityState | None,
     parameters: AuthorityParameters,
-    chair: float = 1.0,
 ) -> tuple[Authority, AuthorityState]:
-    """The rider's authority now; Xu et al., eq. (13), corrected, or the law of confidence.
+    """The rider's authority now; Xu et al., eq. (13), corrected.
 
     Args:
         observation: rider input, pose and twist; a rider without a device never deflects.
@@ -107,7 +90,6 @@ def authority(
         speed_limit: speed of a full deflection where the robot can reach it, m/s.
         memory: result of the last call, None at first.
         parameters: law of η and definition of an intent.
-        chair: the chair's confidence c, 0…1.
     """
     now = observation.time
     raw = _CENTRED if observation.rider is None else observation.rider.deflection
@@ -116,13 +98,9 @@ def authority(
     stick = _beyond_dead_zone(filtered, profile.dead_zone)
     intents, counted = _intents(stick, memory, now, parameters)
     since = _against_since(stick, observation.twist, memory, now, parameters)
-    mean, mean_size = _means(stick, memory, now, parameters)
     twist = stick_twist(stick, robot, speed_limit)
-    confident = parameters.law == "confidence"
     out = Authority(
-        eta=confidence_eta(rider_confidence(mean, mean_size, parameters), chair, parameters)
-        if confident
-        else 1.0 - math.exp(-len(intents)),
+        eta=1.0 - math.exp(-len(intents)),
         intent=float(len(intents)),
         deflection=stick,
         twist=twist,
@@ -135,33 +113,8 @@ def authority(
         intents=intents,
         counted=counted,
         against_since=since,
-        mean=mean,
-        mean_size=mean_size,
     )
     return out, state
-
-
-def rider_confidence(mean: Floats, mean_size: float, parameters: AuthorityParameters) -> float:
-    """Confidence r of the rider, 0…1: a purposeful and steady stick.
-
-    r = min(m / m₀, 1) · (‖mean s‖ / m)²,  m = mean ‖s‖
-
-    Args:
-        mean: mean deflection (2,).
-        mean_size: mean size of the deflection.
-        parameters: with m₀, ``purposeful``.
-    """
-    if mean_size <= _ROUNDING:
-        return 0.0
-    steadiness = min(float(np.hypot(mean[0], mean[1])) / mean_size, 1.0)
-    return min(mean_size / parameters.purposeful, 1.0) * steadiness**2
-
-
-def confidence_eta(rider: float, chair: float, parameters: AuthorityParameters) -> float:
-    """Authority η = r / (r + κ c) of confidences in 0…1; 0 for a rider who does nothing."""
-    if rider <= 0.0:
-        return 0.0
-    return rider / (rider + parameters.chair_weight * max(chair, 0.0))
 
 
 def limit_authority(
@@ -239,16 +192,6 @@ def _intents(
     if p.count == "messages" or changed or first or held or not recent:
         return (*recent, now), stick
     return recent, memory.counted
-
-
-def _means(
-    stick: Floats, memory: AuthorityState, now: float, p: AuthorityParameters
-) -> tuple[Floats, float]:
-    """(mean deflection (2,), mean size of it), with exponential forgetting."""
-    share = 1.0 - math.exp(-max(now - memory.time, 0.0) / p.steady_time)
-    size = float(np.hypot(stick[0], stick[1]))
-    mean: Floats = memory.mean + share * (stick - memory.mean)
-    return mean, memory.mean_size + share * (size - memory.mean_size)
 
 
 def _against_since(

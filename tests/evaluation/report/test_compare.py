@@ -13,7 +13,6 @@ from cohelm.benchmarks.bench import Result
 from cohelm.cli.app import status
 from cohelm.evaluation.report import Rides, read_rides, write_results
 from cohelm.evaluation.report.compare import as_dict, compare
-from cohelm.evaluation.report.ratings import read_ratings
 from cohelm.evaluation.sweeps.store import SweepHeader, SweepSize, SweepStore
 from cohelm.evaluation.sweeps.sweep import write_rows
 
@@ -146,60 +145,28 @@ def test_unknown_measures_are_refused(tmp_path, capsys):
     assert "tme" in capsys.readouterr().err
 
 
-def test_a_rating_is_kept_with_its_ride(tmp_path, capsys):
-    pytest.importorskip("pyarrow")
-    write_results(sweep(2), tmp_path, seconds=0.0, panels=False)
-    ride = ["--ride", "scene=crossing", "--ride", "planner=dwa", "--seed", "1"]
-    assert status(["rate", str(tmp_path), *ride, "--rating", "4", "--rater", "P01"]) == 0
-    assert status(["rate", str(tmp_path), *ride, "--rating", "2", "--rater", "P02"]) == 0
-    assert status(["rate", str(tmp_path), *ride, "--rating", "5", "--rater", "P01"]) == 0
-    assert [each.rating for each in read_ratings(tmp_path)] == [2, 5]
+RATING = "ride,seed,config,rating,rater,note\n{}"
 
+
+def test_a_rating_is_kept_with_its_ride(tmp_path):
+    pytest.importorskip("pyarrow")
+    write_results(sweep(2), tmp_path, panels=False)
+    config = next(row["config"] for row in read_rides(tmp_path) if row["planner"] == "dwa")
+    name = "scene=crossing; planner=dwa"
+    lines = f"{name},1,{config},5,P01,\n{name},1,{config},2,P02,loud\n"
+    (tmp_path / "ratings.csv").write_text(RATING.format(lines))
+    write_results(sweep(2), tmp_path, panels=False)
     rated = [row for row in read_rides(tmp_path) if row["raters"]]
     assert [(r["scene"], r["planner"], r["seed"], r["rating"]) for r in rated] == [
         ("crossing", "dwa", 1, 3.5)
     ]
-    write_results(
-        sweep(2), tmp_path, seconds=0.0, panels=False
-    )  # as a sweep that is gone on with does
-    assert sum(row["raters"] for row in read_rides(tmp_path)) == 2
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "rides rated" in page
-    capsys.readouterr()
-    assert status(["rate", str(tmp_path)]) == 0
-    assert "P02" in capsys.readouterr().out
-
-
-def test_a_rating_is_not_of_a_ride_that_was_changed(tmp_path):
-    pytest.importorskip("pyarrow")
-    write_results([result()], tmp_path, seconds=0.0, panels=False)
-    assert status(["rate", str(tmp_path), "--rating", "4"]) == 0
-    write_results([result(config="other")], tmp_path, seconds=0.0, panels=False)
+    assert "rides rated" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    write_results([result(config="other")], tmp_path, panels=False)  # the ride was changed
     assert not any(row["raters"] for row in read_rides(tmp_path))
 
 
-def test_ratings_pick_exactly_one_ride(tmp_path, capsys):
-    folder = _folder(tmp_path / "a", sweep(2))
-    assert status(["rate", str(folder), "--rating", "4", "--seed", "0"]) == 2
-    assert "6 rides match" in capsys.readouterr().err
-    assert status(["rate", str(folder), "--rating", "4", "--seed", "77"]) == 2
-    assert status(["rate", str(folder), "--rating", "4", "--ride", "who=me"]) == 2
-    assert status(["rate", str(folder), "--rating", "6", "--seed", "0"]) == 2
-    assert not (folder / "ratings.csv").exists()
-
-
-def test_one_ride_of_run_can_be_rated(tmp_path):
-    (tmp_path / "ride.json").write_text('{"scenario": "hospital", "seed": 3, "outcome": "reached"}')
-    assert status(["rate", str(tmp_path), "--rating", "4", "--note", "calm"]) == 0
-    (found,) = read_ratings(tmp_path)
-    assert (found.ride, found.seed, found.rating, found.note) == (
-        "scenario=hospital", 3, 4, "calm",
-    )  # fmt: skip
-
-
-def test_ratings_that_cannot_be_read_are_refused_but_sink_no_report(tmp_path, capsys):
-    (tmp_path / "ratings.csv").write_text("ride,seed\nx,1\n")
-    write_results([result()], tmp_path, seconds=0.0, panels=False)
+@pytest.mark.parametrize("text", ["ride,seed\nx,1\n", RATING.format("a,0,c,6,,\n")])
+def test_ratings_that_cannot_be_read_sink_no_report(tmp_path, text):
+    (tmp_path / "ratings.csv").write_text(text)
+    write_results([result()], tmp_path, panels=False)
     assert "no ratings" in (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert status(["rate", str(tmp_path)]) == 2
-    assert "is not a rating" in capsys.readouterr().err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import itertools
-import json
 import re
 from html.parser import HTMLParser
 
@@ -20,7 +19,6 @@ from cohelm.benchmarks.bench import BenchReport, Sheet
 from cohelm.errors import ConfigError
 from cohelm.evaluation.metrics.measures import RideMeasure, measure_info
 from cohelm.evaluation.report import PaperTable, Rides, read_rides, write_results
-from cohelm.evaluation.report.exemplars import exemplars
 from cohelm.evaluation.report.figures import curve_of, evenly, typical
 from cohelm.evaluation.report.html import Table, TableCell, render
 from cohelm.evaluation.report.statistics import (
@@ -94,7 +92,7 @@ def _page(folder):
 def test_parquet_gives_back_what_was_written_bit_for_bit(tmp_path):
     pq = pytest.importorskip("pyarrow.parquet")
     results = [*sweep(3), result(planner="apf", outcome="error", time=np.nan, error="it broke")]
-    write_results(results, tmp_path, seconds=0.0, panels=False)
+    write_results(results, tmp_path, panels=False)
 
     back = read_rides(tmp_path)
     assert back.by == BY
@@ -251,7 +249,7 @@ def test_a_mean_of_shares_is_tested_by_its_ranks():
 
 
 def test_summary_says_what_is_worse(tmp_path):
-    write_results(sweep(20), tmp_path, base="ours", seconds=0.0, panels=False)
+    write_results(sweep(20), tmp_path, base="ours", panels=False)
     with (tmp_path / "summary.csv").open(newline="") as stream:
         rows = {(r["scene"], r["planner"], r["measure"]): r for r in csv.DictReader(stream)}
     slow = rows["crossing", "teb", "time"]
@@ -268,7 +266,6 @@ def test_the_page_stands_by_itself_and_is_well_formed(tmp_path):
     report = BenchReport((Sheet("own", ("a",), (("b",),)),), ("it reached: met", "x: MISSED"), {})
     written = write_results(
         sweep(3), tmp_path, title="All", paper=paper, report=report, limitations=("One floor.",),
-        seconds=0.0,
     )  # fmt: skip
     assert {file.name for file in written} >= {"summary.csv", "report.html"}
     page = _page(tmp_path)
@@ -330,7 +327,7 @@ def test_words_begin_at_the_left_and_figures_end_at_the_right():
 def test_a_verdict_is_seen_and_a_limitation_told_once(tmp_path):
     notes = ("three asked: met; lost: none", "one asked: MISSED", "One floor.")
     report = BenchReport((), notes, {})
-    write_results([result()], tmp_path, report=report, limitations=notes[2:], seconds=0.0)
+    write_results([result()], tmp_path, report=report, limitations=notes[2:])
     page = _page(tmp_path)
     assert 'asked: <span class="good">met</span>; lost' in page
     assert 'asked: <span class="bad">MISSED</span></li>' in page
@@ -352,7 +349,7 @@ def test_a_verdict_is_seen_and_a_limitation_told_once(tmp_path):
     ],
 )
 def test_whatever_rides_there_are_make_a_report(tmp_path, results):
-    write_results(results, tmp_path, seconds=0.0, panels=len(results) < 6)
+    write_results(results, tmp_path, panels=len(results) < 6)
     assert not _Elements(_page(tmp_path)).open
     assert len(read_rides(tmp_path)) == len(results)
 
@@ -373,7 +370,7 @@ def test_a_case_is_named_by_its_words_and_its_numbers_with_their_key():
     ],
 )
 def test_the_page_counts_what_was_ridden(tmp_path, rides, says):
-    write_results(rides, tmp_path, seconds=0.0, panels=False)
+    write_results(rides, tmp_path, panels=False)
     assert says in _page(tmp_path)
 
 
@@ -400,23 +397,9 @@ def test_no_rides_make_no_report(tmp_path):
 def test_the_same_rides_make_the_same_files(tmp_path):
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        write_results(sweep(4, scenes=("a",)), tmp_path / name, title="x", seconds=0.0)
+        write_results(sweep(4, scenes=("a",)), tmp_path / name, title="x")
     for file in sorted((tmp_path / "a").iterdir()):
         assert file.read_bytes() == (tmp_path / "b" / file.name).read_bytes(), file.name
-
-
-def test_best_median_and_worst_are_by_how_it_ended_and_then_by_time():
-    rides = _rides(
-        [
-            result(seed=0, time=14.0),
-            result(seed=1, time=12.0),
-            result(seed=2, outcome="timeout", time=np.nan),
-            result(seed=3, outcome="collision", time=np.nan, collision_speed=0.1),
-            result(seed=4, outcome="error", time=np.nan),
-        ]
-    )
-    found = {each.rank: each.row["seed"] for each in exemplars(rides)}
-    assert found == {"best": 1, "median": 0, "worst": 3}
 
 
 def test_a_ride_that_stands_for_all_is_of_one_seed():
@@ -436,18 +419,6 @@ def test_a_row_stores_its_ride():
     assert RideTask.from_row({"task": task.as_json()}) == task
     for no in ({}, {"task": ""}, {"task": None}, {"task": "cohelm run x"}, {"task": float("nan")}):
         assert RideTask.from_row(no) is None
-
-
-@pytest.mark.slow
-def test_rides_are_ridden_again_for_pictures(tmp_path):
-    task = RideTask((), "empty", ("local_planner.use=path_follower", "time_limit=3"), 0)
-    again = [result("empty", p, task=task.as_json(), outcome="timeout") for p in ("ours", "dwa")]
-    said = []
-    write_results(again, tmp_path, seconds=300.0, say=said.append, panels=False)
-    sources = [s for s in _Elements(_page(tmp_path)).sources if s.startswith("data:image")]
-    assert any(s.startswith("data:image/gif") for s in sources)
-    assert any("pictures of rides" in words for words in said)
-    json.dumps(said)
 
 
 def _sized(folder, size):

@@ -1,6 +1,5 @@
-"""Preferences learned from choices, and the file of a rider."""
+"""Preferences learned from choices."""
 
-import json
 import os
 import subprocess
 import sys
@@ -9,25 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cohelm.errors import ConfigError
 from cohelm.evaluation.report.statistics import bootstrap_mean
 from cohelm.maps import read_map
-from cohelm.planning.alternatives import rider_file as choices
 from cohelm.planning.alternatives.learned_preference import (
     UNITS,
     FeatureVector,
     RouteChoice,
-    describe_preference,
+    differences,
     learn_weights,
-    share_explained,
+    preferred_order,
     utility,
-)
-from cohelm.planning.alternatives.proposal import compare_routes, rank_routes
-from cohelm.planning.alternatives.rider_file import (
-    RiderChoices,
-    ShownRoutes,
-    read_rider,
-    write_rider,
 )
 
 from .random_floors import route_sets, storey
@@ -77,7 +67,7 @@ def test_a_rider_who_minds_one_thing_gets_a_weight_on_that_alone(name, sign):
     more = {name: getattr(liked(), name) + 3.0 * UNITS[name]}
     weights = learn_weights([choice(taken=int(sign > 0.0), **more)] * 6)
     assert getattr(weights, name) == pytest.approx(sign)
-    assert len(describe_preference(weights)) == 1
+    assert np.count_nonzero(np.abs(weights.vector()) > 0.15) == 1
 
 
 def test_weights_have_length_one_and_do_not_hang_on_the_order_of_choices():
@@ -112,14 +102,14 @@ def decides(routes, weights):
 
 
 def share_ranked_first(pool, seed):
-    """Of the choices held out, the share that the rider file ranks first after 20 choices."""
+    """Of the choices held out, the share that the learned weights rank first after 20 choices."""
     rng = np.random.default_rng(seed)
     weights = hidden_rider(rng)
     order = rng.permutation(len(pool))
     made = tuple(decides(pool[i], weights) for i in order[:AFTER])
-    rider = RiderChoices(name="hidden", choices=made, weights=learn_weights(made))
+    learned = learn_weights(made)
     held_out = [pool[i] for i in order[AFTER:]]
-    first = [rank_routes(routes, rider).routes[0].alternative for routes in held_out]
+    first = [routes[preferred_order(routes, learned)[0]] for routes in held_out]
     return np.mean(
         [
             routes[decides(routes, weights).taken] is best
@@ -158,166 +148,32 @@ def test_a_hidden_rider_is_learned_on_real_floors():
 
 
 def test_without_choices_the_planners_order_stays(some_routes):
-    for rider in (None, RiderChoices(name="new")):
-        found = rank_routes(some_routes[0], rider)
-        assert [each.alternative for each in found.routes] == list(some_routes[0])
-        assert not found.learned
-        assert "planner" in found.why
-    assert "begins at 5 choices" in rank_routes(some_routes[0], RiderChoices(name="new")).why
+    assert preferred_order(some_routes[0], None) == tuple(range(len(some_routes[0])))
 
 
-def test_with_weights_the_best_comes_first_and_the_words_say_it(some_routes):
+def test_with_weights_the_best_comes_first(some_routes):
     routes = max(some_routes, key=lambda each: np.ptp([a.features.encounters for a in each]))
-    found = rank_routes(routes, RiderChoices(name="quiet", weights=FeatureVector(encounters=-1.0)))
-    met = [each.alternative.features.encounters for each in found.routes]
+    quiet = FeatureVector(encounters=-1.0)
+    order = preferred_order(routes, quiet)
+    assert sorted(order) == list(range(len(routes)))
+    met = [routes[k].features.encounters for k in order]
     assert met == sorted(met)
-    assert found.learned
-    assert "quiet routes" in found.why
-    own, best = routes[0], found.routes[0].alternative
+    own, best = routes[0], routes[order[0]]
     if best is not own:
-        assert compare_routes(best, own, FeatureVector(encounters=-1.0)).startswith("quieter")
+        name, more = differences(best.features, own.features, quiet)[0]
+        assert name == "encounters"
+        assert more < 0.0
 
 
-def test_ranking_leaves_nothing_out_and_twice_the_same(some_routes):
-    rider = RiderChoices(name="anyone", weights=FeatureVector(length=-0.6, doors=0.8))
-    for routes in some_routes:
-        found = rank_routes(routes, rider)
-        assert {id(each.alternative) for each in found.routes} == {id(each) for each in routes}
-        assert [e.words for e in rank_routes(routes, rider).routes] == [
-            e.words for e in found.routes
-        ]
-
-
-def test_words_give_the_difference_in_metres(some_routes):
+def test_differences_are_those_that_are_noticed(some_routes):
     for own, other, *_ in some_routes:
         more = other.features.length - own.features.length
-        text = compare_routes(other, own, FeatureVector(length=-1.0))
-        if abs(more) >= 1.0:
-            assert text.startswith(f"{abs(more):.0f} m {'longer' if more > 0 else 'shorter'}")
-        assert compare_routes(own, own) == "nearly equal"
-
-
-# ------------------------------------------------------------------------------------- the file
-
-
-def test_a_rider_comes_back_as_written():
-    file = choices.rider_file("Ada L.-2")
-    rider = RiderChoices(name="ada", choices=(choice(1, length=30.0),) * 6)
-    rider = rider.with_choice(choice(turns=4.0))
-    write_rider(rider, file)
-    assert read_rider(file) == rider
-    assert choices.rider_names() == ("Ada L.-2",)
-    assert choices.known_rider("Ada L.-2") == rider
-    assert json.loads(file.read_text())["version"] == 1  # readable
-
-
-def test_the_one_before_is_kept():
-    file = choices.rider_file("ada")
-    first = RiderChoices(name="ada", choices=(choice(),))
-    write_rider(first, file)
-    write_rider(first.with_choice(choice(1, length=9.0)), file)
-    assert read_rider(file.with_name("ada.json.bak")) == first
-    assert sorted(each.name for each in file.parent.iterdir()) == ["ada.json", "ada.json.bak"]
-
-
-def test_an_interruption_leaves_the_old_file(monkeypatch):
-    file = choices.rider_file("ada")
-    write_rider(RiderChoices(name="ada"), file)
-
-    def stopped(_):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(choices.os, "fsync", stopped)
-    with pytest.raises(ConfigError, match=r"ada\.json.*No space left"):
-        write_rider(RiderChoices(name="ada", choices=(choice(),)), file)
-    assert read_rider(file) == RiderChoices(name="ada")
-    assert [each.name for each in file.parent.iterdir()] == ["ada.json"]
-
-
-WRONG = {
-    "cut": '{"version": 1, "name": "ada", "cho',
-    "other": "[1, 2]",
-    "deep": "[" * 100_000,
-    "newer": '{"version": 2, "name": "ada"}',
-    "unknown key": '{"name": "ada", "choises": []}',
-    "no such route": '{"name": "ada", "choices": [{"routes": [{}, {}], "taken": 2}]}',
-    "not a number": '{"name": "ada", "weights": {"length": NaN}}',
-    "empty": "",
-}
-
-
-@pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
-def test_a_file_that_does_not_read_is_named_and_left_alone(text):
-    file = choices.rider_file("ada")
-    file.parent.mkdir(parents=True)
-    file.write_text(text)
-    with pytest.raises(ConfigError, match=r"ada\.json.*reset"):
-        read_rider(file)
-    with pytest.raises(ConfigError):
-        write_rider(RiderChoices(name="ada"), file)
-    assert file.read_text() == text
-    kept = choices.forget_rider("ada")
-    assert kept.read_text() == text
-    assert read_rider(file) is None
-
-
-def test_a_damaged_file_does_not_take_the_place_of_its_backup():
-    file = choices.rider_file("ada")
-    write_rider(RiderChoices(name="ada", choices=(choice(),)), file)
-    write_rider(RiderChoices(name="ada", choices=(choice(), choice(1))), file)
-    backup = file.with_name("ada.json.bak").read_bytes()
-    file.write_text("{")
-    assert choices.forget_rider("ada").name == "ada.json.damaged"
-    assert file.with_name("ada.json.bak").read_bytes() == backup
-
-
-def test_names_are_of_any_script():
-    for name in ("हिन्दी", "กิ่ง", "jose\u0301", "O'Neill"):
-        assert choices.rider_file(name).stem == name
-    for name in ("a/b", "\u0301", "a\nb", "x" * 65):
-        with pytest.raises(ConfigError, match="cannot be the name"):
-            choices.rider_file(name)
-
-
-def test_not_text_is_said():
-    file = choices.rider_file("ada")
-    file.parent.mkdir(parents=True)
-    file.write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ConfigError, match="not what cohelm wrote"):
-        read_rider(file)
-
-
-@pytest.mark.parametrize("name", ["", "..", ".ada", "a/b", "../ada", "a" * 65, "ada\n", "ada "])
-def test_names_that_no_file_should_have(name):
-    with pytest.raises(ConfigError, match="name of a rider"):
-        choices.rider_file(name)
-
-
-def test_an_unknown_rider_is_said_with_the_nearest():
-    write_rider(RiderChoices(name="ada"), choices.rider_file("ada"))
-    with pytest.raises(ConfigError, match="did you mean 'ada'"):
-        choices.known_rider("adda")
-    with pytest.raises(ConfigError, match="did you mean 'ada'"):
-        choices.forget_rider("adda")
-
-
-def test_what_was_shown_is_kept_until_answered():
-    file = choices.rider_file("ada")
-    shown = ShownRoutes(where="a map", routes=(liked(), liked(length=3.0)))
-    assert choices.read_shown_routes(file) is None
-    choices.write_shown_routes(shown, file)
-    assert choices.read_shown_routes(file) == shown
-    assert choices.rider_names() == ()
-    choices.write_shown_routes(None, file)
-    assert choices.read_shown_routes(file) is None
-
-
-def test_explained_is_the_share_ranked_first():
-    made = [choice(length=30.0)] * 3 + [choice(1, length=30.0)]
-    assert share_explained(made, FeatureVector(length=-1.0)) == 0.75
-    assert share_explained([], FeatureVector()) == 0.0
+        found = dict(differences(other.features, own.features, FeatureVector(length=-1.0)))
+        assert found.get("length", 0.0) == (more if abs(more) >= 1.0 else 0.0)
+        assert differences(own.features, own.features) == ()
 
 
 def test_proposing_does_not_pay_for_learning():
-    code = "import cohelm.planning.alternatives.proposal, sys; sys.exit('sklearn' in sys.modules)"
+    module = "cohelm.planning.alternatives.learned_preference"
+    code = f"import {module}, sys; sys.exit('sklearn' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

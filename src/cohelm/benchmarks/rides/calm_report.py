@@ -125,7 +125,7 @@ def calm_report(results: Sequence[Result], folder: Path, title: str) -> BenchRep
     )
     written = write_results(
         results, folder, by=BY, title=title, measures=PAGE, report=report,
-        limitations=LIMITATIONS, panels=False, seconds=0.0,
+        limitations=LIMITATIONS, panels=False,
     )  # fmt: skip
     return dataclasses.replace(report, files=written)
 

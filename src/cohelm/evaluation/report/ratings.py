@@ -1,4 +1,4 @@
-"""Ratings of rides by people, 1 to 5, in a CSV file beside the rides.
+"""Ratings of rides by people, 1 to 5, in a CSV file beside the rides (`docs/results.md`).
 
 A rating belongs to one ride: the compared columns, the seed and the configuration. A sweep that is
 resumed or repeated keeps the ratings of rides that have not changed.
@@ -18,7 +18,6 @@ from cohelm.evaluation.report.rides import Rides, Row
 
 RATINGS = "ratings.csv"
 LOWEST, HIGHEST = 1, 5
-_COLUMNS = ("ride", "seed", "config", "rating", "rater", "note")
 
 
 @dataclass(frozen=True)
@@ -46,39 +45,11 @@ def ride_name(row: Row, by: Sequence[str]) -> str:
     return "; ".join(f"{key}={row.get(key)}" for key in by)
 
 
-def rating_of(row: Row, by: Sequence[str], rating: int, rater: str = "", note: str = "") -> Rating:
-    """Rating of a ride.
-
-    Raises:
-        ConfigError: if it is not from 1 to 5.
-    """
-    config = str(row.get("config") or "")
-    return Rating(ride_name(row, by), int(row["seed"]), config, rating, rater.strip(), note.strip())
-
-
-def add_rating(folder: Path, given: Rating) -> bool:
-    """Add a rating; returns True where it replaces one of the same ride by the same rater.
-
-    Raises:
-        ConfigError: if the present ratings cannot be read.
-        OSError: if the file cannot be written.
-    """
-    there = read_ratings(folder)
-    others = [each for each in there if not given.rater or _owner(each) != _owner(given)]
-    part = folder / f"{RATINGS}.part"
-    with part.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(_COLUMNS)
-        writer.writerows([getattr(each, key) for key in _COLUMNS] for each in [*others, given])
-    part.replace(folder / RATINGS)
-    return len(others) < len(there)
-
-
 def read_ratings(folder: Path) -> list[Rating]:
     """Read all ratings of a folder, oldest first.
 
     Raises:
-        ConfigError: if the file is not one that :func:`add_rating` writes.
+        ConfigError: if the file is not one of ratings.
     """
     file = folder / RATINGS
     if not file.is_file():
@@ -112,7 +83,3 @@ def with_ratings(rides: Rides, ratings: Sequence[Rating]) -> Rides:
         mean = float(np.mean(found)) if found else np.nan
         rows.append({**row, "rating": mean, "raters": len(found)})
     return Rides(rows, rides.by, rides.curves)
-
-
-def _owner(each: Rating) -> tuple[str, int, str, str]:
-    return each.ride, each.seed, each.config, each.rater

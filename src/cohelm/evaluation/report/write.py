@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 from cohelm.errors import ConfigError
 from cohelm.evaluation.metrics.measures import REPORTED
-from cohelm.evaluation.report.exemplars import exemplar_report
 from cohelm.evaluation.report.figures import draw
 from cohelm.evaluation.report.html import Table, render
 from cohelm.evaluation.report.ratings import read_ratings, with_ratings
@@ -96,7 +95,6 @@ def write_results(
     report: BenchReport | None = None,
     limitations: Sequence[str] = (),
     panels: bool = True,
-    seconds: float = 40.0,
     say: Callable[[str], None] = _LOG.info,
 ) -> tuple[Path, ...]:
     """Write ``episodes.parquet``, ``summary.csv`` and ``report.html`` of any number of rides.
@@ -114,7 +112,6 @@ def write_results(
         report: tables and sentences of the benchmark.
         limitations: limitations of this benchmark; those of all simulations are added.
         panels: draw box plots, tracks and curves.
-        seconds: time for repeating rides for pictures; 0: none.
         say: receives progress messages; by default the log ``cohelm.results``.
 
     Returns:
@@ -141,7 +138,6 @@ def write_results(
         notes=[note_of(each) for each in (*content.notes, *problems) if each not in limitations],
         cases=all_tables(rides, chosen, measures, paper or PaperTable("", {})),
         drawn=draw(rides, chosen, say) if panels else None,
-        exemplars=exemplar_report(rides, chosen, seconds, say),
         ratings=ratings(rides),
         proxies=proxies(rides),
         sheets=[each for each in content.sheets if each.rows],

@@ -33,8 +33,11 @@ from cohelm.planning.alternatives.alternatives import (
     most_shared,
 )
 from cohelm.planning.alternatives.features import FeatureParameters, route_features
-from cohelm.planning.alternatives.learned_preference import FeatureVector
-from cohelm.planning.alternatives.proposal import differences, preferred_order
+from cohelm.planning.alternatives.learned_preference import (
+    FeatureVector,
+    differences,
+    preferred_order,
+)
 from cohelm.planning.costmap.layers.zones import distances_to_zone
 from cohelm.planning.planners.route import parameters_of
 from cohelm.planning.problem import prepare
@@ -300,7 +303,7 @@ def _trip_route(
         duration=round(route.features.time, 1),
         differences=tuple(
             RouteDifference.model_validate({"what": name, "more": round(more, 2)})
-            for name, more in differences(route, first, weights)
+            for name, more in differences(route.features, first.features, weights)
         ),
         via=via,
         figures=RouteFigures.model_validate(FeatureVector.of(route.features).model_dump()),

@@ -1,4 +1,4 @@
-"""Preference of a rider, learned from choices between routes, and its words.
+"""Preference of a rider, learned from choices between routes.
 
 A choice of route a over route b says that w · (x_a − x_b) > 0 for the rider's weights w over the
 routes' features x: a linear classifier of differences, without intercept (Chang et al., 2017, used
@@ -15,83 +15,28 @@ from pydantic import Field, model_validator
 
 from cohelm.arrays import Floats, value
 from cohelm.config import Model
+from cohelm.planning.alternatives.alternatives import Alternative, wish_distance
 from cohelm.planning.alternatives.features import RouteFeatures
 
 
 @value
-class FeatureWords:
-    """Unit and words of a figure of ``RouteFeatures`` that a rider may prefer high or low."""
+class FeatureScale:
+    """Scale of a figure of ``RouteFeatures`` that a rider may prefer high or low; assumed."""
 
     unit: float
-    """Unit of the weight, about the typical difference between alternatives; assumed."""
+    """Unit of the weight, about the typical difference between alternatives."""
     noticed: float
-    """Smallest difference that is mentioned, in the figure's own unit; assumed."""
-    counted: str
-    """Words after the number of a unit, for example "m longer"."""
-    liked: str
-    """Words for a positive weight."""
-    disliked: str
-    """Words for a negative weight."""
-    more: str
-    """Words for a route with more than another; {n} is the difference, {s} the plural."""
-    less: str
-    """Words for a route with less."""
-
-    def compared(self, difference: float) -> str:
-        """Difference of two routes' figures in words, for example "6 m longer"."""
-        n = abs(difference)
-        phrase = self.more if difference > 0.0 else self.less
-        return phrase.format(n=f"{n:.0f}", s="s" if round(n) > 1 else "")
+    """Smallest difference that is mentioned, in the figure's own unit."""
 
 
-FEATURE_WORDS: Mapping[str, FeatureWords] = {
-    "length": FeatureWords(
-        unit=10.0,
-        noticed=1.0,
-        counted="m longer",
-        liked="longer routes",
-        disliked="shorter routes",
-        more="{n} m longer",
-        less="{n} m shorter",
-    ),
-    "clearance": FeatureWords(
-        unit=0.2,
-        noticed=0.1,
-        counted="m more clearance",
-        liked="more clearance",
-        disliked="less clearance",
-        more="more clearance",
-        less="less clearance",
-    ),
-    "encounters": FeatureWords(
-        unit=2.0,
-        noticed=0.5,
-        counted="more people",
-        liked="busy routes",
-        disliked="quiet routes",
-        more="busier",
-        less="quieter",
-    ),
-    "turns": FeatureWords(
-        unit=2.0,
-        noticed=1.0,
-        counted="more turns",
-        liked="routes with turns",
-        disliked="straight routes",
-        more="{n} more turn{s}",
-        less="{n} fewer turn{s}",
-    ),
-    "doors": FeatureWords(
-        unit=1.0,
-        noticed=1.0,
-        counted="more narrow passage",
-        liked="routes through doors",
-        disliked="routes without doors",
-        more="{n} more narrow passage{s}",
-        less="{n} fewer narrow passage{s}",
-    ),
+SCALES: Mapping[str, FeatureScale] = {
+    "length": FeatureScale(unit=10.0, noticed=1.0),
+    "clearance": FeatureScale(unit=0.2, noticed=0.1),
+    "encounters": FeatureScale(unit=2.0, noticed=0.5),
+    "turns": FeatureScale(unit=2.0, noticed=1.0),
+    "doors": FeatureScale(unit=1.0, noticed=1.0),
 }
-"""Words by the name of the figure."""
+"""Scales by the name of the figure."""
 
 
 MIN_CHOICES = 5
@@ -99,6 +44,8 @@ MIN_CHOICES = 5
 
 _SOFTNESS = 10.0
 """C of the classifier, see :func:`learn_weights`."""
+_WISH_UNIT = 2.0  # m
+_MOST_DIFFERENCES = 4
 
 
 class FeatureVector(Model):
@@ -125,10 +72,8 @@ class FeatureVector(Model):
         return np.array([getattr(self, name) for name in UNITS])
 
 
-UNITS: Mapping[str, float] = {name: trait.unit for name, trait in FEATURE_WORDS.items()}
+UNITS: Mapping[str, float] = {name: each.unit for name, each in SCALES.items()}
 """Unit of the weight by the name of the feature."""
-
-_FAINT = 0.15  # weights below this are not mentioned
 
 
 class RouteChoice(Model):
@@ -178,30 +123,39 @@ def utility(route: FeatureVector, weights: FeatureVector) -> float:
     return float(_scaled(route) @ weights.vector())
 
 
-def describe_preference(weights: FeatureVector) -> list[str]:
-    """Words for the weights, the strongest first; small ones are left out."""
-    order = sorted(UNITS, key=lambda name: -abs(getattr(weights, name)))
-    return [
-        describe_weight(name, weight)
-        for name in order
-        if abs(weight := float(getattr(weights, name))) >= _FAINT
+def preferred_order(
+    routes: Sequence[Alternative], weights: FeatureVector | None
+) -> tuple[int, ...]:
+    """Return the indices of routes, the best first; without weights their own order.
+
+    A present wish is more important than habits: two metres of distance from it count as much as
+    all weights for one unit.
+    """
+    order = range(len(routes))
+    if weights is None:
+        return tuple(order)
+    utilities = [
+        utility(FeatureVector.of(each.features), weights) - wish_distance(each.path) / _WISH_UNIT
+        for each in routes
     ]
+    return tuple(sorted(order, key=lambda k: -utilities[k]))
 
 
-def describe_weight(name: str, weight: float) -> str:
-    """Words for the weight of a feature; a dash if it is small."""
-    if abs(weight) < _FAINT:
-        return "–"
-    return FEATURE_WORDS[name].liked if weight > 0.0 else FEATURE_WORDS[name].disliked
+def differences(
+    route: RouteFeatures, other: RouteFeatures, weights: FeatureVector | None = None
+) -> tuple[tuple[str, float], ...]:
+    """Return (name, difference) of the figures in which two routes noticeably differ.
 
-
-def share_explained(choices: Sequence[RouteChoice], weights: FeatureVector) -> float:
-    """Share of the choices in which the weights rank the taken route first."""
-    first = [
-        int(np.argmax([utility(route, weights) for route in choice.routes])) == choice.taken
-        for choice in choices
-    ]
-    return sum(first) / len(first) if first else 0.0
+    The order is by the rider's weights, if they are known, else by the size of the difference.
+    """
+    found: list[tuple[float, str, float]] = []
+    for name, scale in SCALES.items():
+        more = float(getattr(route, name)) - float(getattr(other, name))
+        if abs(more) >= scale.noticed:
+            weight = 1.0 if weights is None else abs(getattr(weights, name))
+            found.append((weight * abs(more) / scale.unit, name, more))
+    found.sort(key=lambda each: -each[0])
+    return tuple((name, more) for _, name, more in found[:_MOST_DIFFERENCES])
 
 
 def _differences(choice: RouteChoice) -> Floats:
