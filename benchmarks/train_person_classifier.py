@@ -7,9 +7,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cohelm.benchmarks.perception.classifier_samples import recorded_samples, simulated_samples
-from cohelm.benchmarks.perception.classifier_training import SCENES, save, train
-from cohelm.benchmarks.perception.held_out import EMPTY, LABELLED
+from cohelm.benchmarks.perception.held_out import (
+    EMPTY,
+    LABELLED,
+    SCENES,
+    recorded_samples,
+    save,
+    simulated_samples,
+    train,
+)
 from cohelm.perception.scan_detection import person_classifier
 from cohelm.recordings.outside_data import outside_file
 

@@ -17,7 +17,7 @@ import numpy as np
 from cohelm.messages import Decision
 from cohelm.platforms import open_simulation
 from cohelm.platforms.twin import twin_chair
-from cohelm.platforms.twin.sensors import BodyCasting
+from cohelm.platforms.twin.twin_chair import BodyCasting
 from cohelm.scenarios import build_scenario, load_scenario
 
 SPENT = {"physics": 0.0, "sensors": 0.0}

@@ -51,10 +51,52 @@ def test_every_group_of_entry_points_is_a_known_kind():
     assert {group.removeprefix("cohelm.") for group in groups} == set(plugins.GROUPS)
 
 
-@pytest.mark.parametrize("file", FILES, ids=relative)
-def test_a_file_is_short_enough_to_read(file):
-    lines = len(file.read_text(encoding="utf-8").splitlines())
-    assert lines <= 350
+BUDGET = {
+    "benchmarks": (10750, 55),
+    "cli": (4750, 29),
+    "control": (8800, 57),
+    "evaluation": (8250, 52),
+    "health": (2150, 12),
+    "live": (10550, 63),
+    "maps": (1800, 10),
+    "messages": (750, 8),
+    "navigation": (5400, 36),
+    "perception": (8900, 51),
+    "planning": (7750, 49),
+    "platforms": (3100, 22),
+    "plotting": (2200, 12),
+    "recordings": (4850, 33),
+    "robots": (1900, 15),
+    "ros2": (3100, 16),
+    "safety": (450, 3),
+    "scenarios": (2200, 12),
+    "sharing": (1750, 11),
+    "simulation": (6900, 46),
+    "social": (300, 4),
+    "testing": (3050, 18),
+    "web": (2500, 18),
+    "": (2300, 17),
+}
+"""Package → (lines, files) at most; "" is the root. Who raises a number says why in the commit."""
+LONGEST = 600
+"""Lines of a file; longer ones are read in parts."""
+
+
+@pytest.mark.parametrize("package", BUDGET)
+def test_a_package_keeps_its_budget(package):
+    folder = SOURCE / package
+    files = list(folder.rglob("*.py") if package else folder.glob("*.py"))
+    lines = [len(file.read_text(encoding="utf-8").splitlines()) for file in files]
+    most, count = BUDGET[package]
+    assert sum(lines) <= most
+    assert len(files) <= count
+    assert max(lines) <= LONGEST
+
+
+def test_every_package_has_a_budget():
+    assert {file.relative_to(SOURCE).parts[0] for file in FILES if file.parent != SOURCE} == {
+        *BUDGET
+    } - {""}
 
 
 @pytest.mark.parametrize("file", [f for f in FILES if f.name == "__init__.py"], ids=relative)

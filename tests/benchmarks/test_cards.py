@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from cohelm.benchmarks.paper.office import office
+from cohelm.benchmarks.paper.global_planners import office
 from cohelm.benchmarks.rides import cards as bench
 from cohelm.config import override
 from cohelm.errors import ConfigError, ScenarioError
@@ -21,10 +21,10 @@ from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.maps import distance_field
 from cohelm.scenarios import build_scenario, load_scenario, scenario_names
 from cohelm.scenarios.collection import Collection
+from cohelm.scenarios.crowd import MIN_SPACING, ROBOT_CLEARANCE, flow_routes
 from cohelm.scenarios.floor import floor_plan
 from cohelm.scenarios.pedestrian_spec import FlowSpec
 from cohelm.scenarios.picture import draw_scenario
-from cohelm.scenarios.routes import MIN_SPACING, ROBOT_CLEARANCE, flow_routes
 from cohelm.simulation import generator
 
 CARDS = bench.known_cards()

@@ -8,7 +8,7 @@ import pytest
 
 from cohelm.benchmarks.bench import Result
 from cohelm.benchmarks.external import crowdnav as bench
-from cohelm.benchmarks.external.crowdnav_report import crowdnav_report, summed
+from cohelm.benchmarks.external.crowdnav import crowdnav_report, summed
 from cohelm.errors import ConfigError
 from cohelm.evaluation.external import crowdnav
 from cohelm.evaluation.external.crowdnav import (

@@ -5,7 +5,7 @@ import pytest
 
 from cohelm.benchmarks import destinations
 from cohelm.benchmarks.destination_rides import draw_goal, drive, places_floor
-from cohelm.benchmarks.destination_scores import Beliefs, score
+from cohelm.benchmarks.destinations import Beliefs, score
 from cohelm.errors import ConfigError
 
 

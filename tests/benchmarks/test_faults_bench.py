@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from cohelm.benchmarks.bench import Result
-from cohelm.benchmarks.lost_report import lost_report, roc
+from cohelm.benchmarks.lost import lost_report, roc
 from cohelm.benchmarks.rides import faults
-from cohelm.benchmarks.rides.fault_hazards import HAZARDS
-from cohelm.benchmarks.rides.fault_report import fault_report
+from cohelm.benchmarks.rides.fault_report import HAZARDS, fault_report
 from cohelm.errors import ConfigError
 from cohelm.evaluation import run
 from cohelm.messages import Reason

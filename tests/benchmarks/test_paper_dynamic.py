@@ -19,18 +19,22 @@ from cohelm.benchmarks.claims import (
     UNCLEAR,
 )
 from cohelm.benchmarks.paper import dynamic as paper_dynamic
-from cohelm.benchmarks.paper.dynamic import SENSED, SLOW, cell_sheet, cell_verdicts, dynamic_report
-from cohelm.benchmarks.paper.table3 import (
+from cohelm.benchmarks.paper.dynamic import (
     CLAIMS,
     COLUMNS,
     CUT,
     METHODS,
     OURS,
+    SENSED,
+    SLOW,
     SOURCE,
     TABLE3,
     WHOLE,
     arrived_only,
+    cell_sheet,
+    cell_verdicts,
     cells,
+    dynamic_report,
 )
 from cohelm.benchmarks.ride_claims import Ordering, Requirement, between, judge, within
 from cohelm.benchmarks.rides import report

@@ -8,7 +8,7 @@ from cohelm import plugins
 from cohelm.benchmarks.bench import Result, SweepState, run_tasks
 from cohelm.benchmarks.paper import global_planners as paper_global
 from cohelm.benchmarks.paper import global_report as paper_global_report
-from cohelm.benchmarks.paper.office import (
+from cohelm.benchmarks.paper.global_planners import (
     CLICK_DEVIATION,
     LANE,
     MARGIN,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from cohelm.benchmarks import planning, planning_maps
-from cohelm.benchmarks.memory import peak_memory
+from cohelm.benchmarks.planning import peak_memory
 from cohelm.maps import FREE, OccupancyGrid, write_map
 
 MEGABYTE = 2**20

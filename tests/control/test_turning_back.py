@@ -7,8 +7,7 @@ import pytest
 
 from cohelm.control import SsMpcDcbf
 from cohelm.control.trajectories import limited_trajectory
-from cohelm.control.turn_back import TURN_DELAY, turned_back
-from cohelm.control.verification import REACTION, Verification, Verifier
+from cohelm.control.verification import REACTION, TURN_DELAY, Verification, Verifier, turned_back
 from cohelm.messages import Status
 from cohelm.robots.braking import STANDING, braking
 from cohelm.robots.capsule import nearest_on_spine_in_map

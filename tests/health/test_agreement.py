@@ -7,8 +7,8 @@ import pytest
 
 from cohelm.health import HealthParameters
 from cohelm.health.agreement import disagreement, update_motion
-from cohelm.health.drive_response import update_drive
 from cohelm.health.evidence import NO_EVIDENCE, RULES, findings, update_evidence, without_latched
+from cohelm.health.monitor import update_drive
 from cohelm.health.stick import update_stick
 from cohelm.messages import Mode, Observation, Reason, Request, RiderCommand
 from cohelm.robots import load_robot, move

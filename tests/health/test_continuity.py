@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from cohelm.health import HealthParameters
-from cohelm.health.continuity import Continuity, update_continuity
 from cohelm.health.map_fit import MapFit
+from cohelm.health.sweeps import Continuity, update_continuity
 
 P = HealthParameters()
 PERIOD = 0.1

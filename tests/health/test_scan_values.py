@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cohelm.health.scan_values import check_sweep
+from cohelm.health.sweeps import check_sweep
 
 RNG = np.random.default_rng(0)
 SOUND = 3.0 + 0.01 * RNG.standard_normal(360)

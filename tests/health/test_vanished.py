@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.health.vanished import NO_OBJECTS, update_free_objects
+from cohelm.health.sweeps import NO_OBJECTS, update_free_objects
 
 BEAMS = 360
 STEP = 2.0 * math.pi / BEAMS

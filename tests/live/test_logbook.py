@@ -18,7 +18,7 @@ from cohelm.safety import stop
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import NewPedestrian
-from cohelm.simulation.spawning import with_pedestrian
+from cohelm.simulation.world import with_pedestrian
 
 NOWHERE = np.full(2, np.nan)
 

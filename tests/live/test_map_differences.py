@@ -5,8 +5,12 @@ import pytest
 
 from cohelm.health import MapChanges
 from cohelm.health.map_changes import CELL, PERSISTENT
-from cohelm.live.control.map_differences import MAX_CELLS, MAX_DIFFERENCES, map_differences
-from cohelm.live.control.navigator_process import NavigatorServer
+from cohelm.live.control.navigator_process import (
+    MAX_CELLS,
+    MAX_DIFFERENCES,
+    NavigatorServer,
+    map_differences,
+)
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 

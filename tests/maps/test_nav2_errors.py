@@ -14,7 +14,7 @@ from PIL import Image
 
 from cohelm.errors import MapError
 from cohelm.maps import MapWarning, OccupancyGrid, read_map, write_map
-from cohelm.maps.png_check import missing_rows
+from cohelm.maps.nav2 import missing_rows
 
 GOOD = {
     "image": "m.pgm",

@@ -7,7 +7,7 @@ import pytest
 
 from cohelm.messages import Observation, Reason
 from cohelm.navigation import Navigator
-from cohelm.navigation.contact_watch import update_last_contact
+from cohelm.navigation.world_model import update_last_contact
 from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.simulation import World
 from cohelm.testing.scenes import local_problem, walkers

@@ -7,7 +7,7 @@ import pytest
 
 from cohelm.messages import People
 from cohelm.navigation.final_approach import approach_limit, final_approach, path_up_to
-from cohelm.navigation.recovery.occupied_goal import waiting_place
+from cohelm.navigation.recovery.context import waiting_place
 from cohelm.robots import load_robot
 from cohelm.testing.scenes import open_floor, room, walkers, walls_of
 

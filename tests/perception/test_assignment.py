@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 
-from cohelm.perception.tracking.assignment import FORBIDDEN, NO_MATCH, assign
+from cohelm.perception.tracking.association import FORBIDDEN, NO_MATCH, assign
 
 
 def by_scipy(cost):

@@ -17,7 +17,7 @@ from tests.perception.formations import (
 from cohelm.arrays import identical
 from cohelm.messages import People
 from cohelm.perception import Affinity
-from cohelm.perception.groups.agglomerative_clustering import cluster_people, inherit_ids
+from cohelm.perception.groups.affinity import cluster_people, inherit_ids
 from cohelm.testing import check_group_detector
 
 TRIES = 40

@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
-from cohelm.benchmarks.perception.classifier_samples import Samples, simulated_samples
-from cohelm.benchmarks.perception.classifier_training import save, train
-from cohelm.benchmarks.perception.training_scenes import training_scan
+from cohelm.benchmarks.perception.held_out import (
+    Samples,
+    save,
+    simulated_samples,
+    train,
+    training_scan,
+)
 from cohelm.evaluation.perception.recording_view import NO_MAP
 from cohelm.perception import ScanClusters
 from cohelm.perception.scan_detection.candidate_features import FEATURES

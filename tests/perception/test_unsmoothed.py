@@ -5,7 +5,7 @@ from cohelm.evaluation.perception.behaviour_changes import CHANGES, walk
 from cohelm.evaluation.perception.tracked_film import detections
 from cohelm.messages import Observation
 from cohelm.perception import KalmanTracker
-from cohelm.perception.prediction.measurement_recovery import axis_covariance, recover_measurements
+from cohelm.perception.prediction.hypotheses import axis_covariance, recover_measurements
 from cohelm.perception.tracking.kalman import predict, update
 
 

@@ -15,7 +15,7 @@ from cohelm.planning.costmap.costmap import build_costmap, combine
 from cohelm.planning.costmap.layers.inflation import Inflation
 from cohelm.planning.grid_search.shortest_path import shortest_path
 from cohelm.planning.grid_search.weights import Weights
-from cohelm.planning.planners.passages import closed_by_keepout, closed_by_zones
+from cohelm.planning.planners.route import closed_by_keepout, closed_by_zones
 from cohelm.planning.problem import (
     CostmapParameters,
     PreparedProblem,

@@ -17,7 +17,7 @@ from rclpy.executors import SingleThreadedExecutor
 from test_msgs.action import Fibonacci
 
 from cohelm.errors import PlatformError
-from cohelm.ros2.action_server import ActionOutcome, ActionServers, action_class
+from cohelm.ros2.nav2_actions import ActionOutcome, ActionServers, action_class
 
 pytestmark = [
     pytest.mark.ros,

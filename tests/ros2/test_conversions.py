@@ -11,7 +11,7 @@ from cohelm.maps import OccupancyGrid
 from cohelm.messages import RiderCommand
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.ros2.conversions import DeadManButton, grid_of, moving, stick_of, twist_at_base
-from cohelm.ros2.frames import FrameTree
+from cohelm.ros2.inputs import FrameTree
 from cohelm.ros2.parameters import Ros2Parameters, StickParameters
 from tests.ros2.messages import odometry
 

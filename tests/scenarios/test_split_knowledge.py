@@ -10,8 +10,8 @@ from cohelm.maps import distance_field
 from cohelm.scenarios.build import build_scenario
 from cohelm.scenarios.scenario import load_scenario
 from cohelm.simulation import World
-from cohelm.simulation.rider_view import view_from
 from cohelm.simulation.split_knowledge import grid_views
+from cohelm.simulation.world import view_from
 
 
 def names(*families):

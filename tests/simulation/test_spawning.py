@@ -9,7 +9,7 @@ from cohelm import plugins
 from cohelm.arrays import identical
 from cohelm.messages import Decision
 from cohelm.simulation import NewPedestrian, World, prepare_crowd
-from cohelm.simulation.spawning import with_pedestrian
+from cohelm.simulation.world import with_pedestrian
 
 STAY = Decision(twist=np.zeros(3))
 MODELS = plugins.names("pedestrian_models")

@@ -8,18 +8,30 @@
     stick against its past    a deflection that never changes
 
 What is doubtful slows the chair, what contradicts stops it; see ``health.evidence`` for the times.
+
+Health of the localisation: good, doubtful or lost, from the fit of sweeps to the map.
+
+View in the direction of travel: the widest part of it that no scanner sees.
+
+Command against motion: a band of speeds that sound motors and brakes can reach.
+
+Two first-order models with ramps follow the command: a quick one with the hardest ramps and half
+the lag, and a slow one with weak ramps and a delay. Measured speeds outside the band of both are
+integrated; an integral beyond its bound is a fault.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Booleans, Floats
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
-from cohelm.health.drive_response import DriveBand, update_drive
 from cohelm.health.evidence import (
     NO_EVIDENCE,
     Evidence,
@@ -27,7 +39,6 @@ from cohelm.health.evidence import (
     update_evidence,
     without_latched,
 )
-from cohelm.health.localisation import stated_doubt, update_localisation
 from cohelm.health.map_changes import (
     NO_CHANGES,
     MapChanges,
@@ -35,14 +46,271 @@ from cohelm.health.map_changes import (
     update_map_changes,
     without_people,
 )
-from cohelm.health.map_fit import SolidMap
+from cohelm.health.map_fit import MISSING, UNUSABLE, MapFit, SolidMap
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.stick import StickHistory, update_stick
 from cohelm.health.sweeps import PosesAtSweep, ScannerState, update_scanner
 from cohelm.health.values import Health, LocalisationHealth, LocalisationState
-from cohelm.health.view_ahead import widest_gap
+from cohelm.kernels import CACHED
 from cohelm.messages import Mode, Observation, Reason, Request, Scan
 from cohelm.robots import Robot, move
+
+_MAX_GAP = 0.25
+"""Time between two observations after which the band begins anew, s."""
+_WEAK = 0.75
+"""Share of the stated ramps that a sound drive reaches at least."""
+_STRONG = 1.3
+_WINDOW = 1.0
+"""Time constant in which excess is forgotten, s."""
+
+
+class AxisBand(NamedTuple):
+    """Band of one component of the twist, and what was measured outside it."""
+
+    quick: float
+    slow: float
+    slow_command: float
+    """Command as the slow model receives it."""
+    over: float = 0.0
+    """Integral of motion that the command does not explain, m or rad."""
+    lacking: float = 0.0
+    """Integral of commanded motion that is missing, m or rad."""
+
+
+class DriveBand(NamedTuple):
+    """Memory of the comparison."""
+
+    time: float
+    linear: AxisBand
+    angular: AxisBand
+
+
+def update_drive(
+    memory: DriveBand | None, observation: Observation, robot: Robot, p: HealthParameters
+) -> tuple[DriveBand | None, Reason | None]:
+    """Compare the measured twist with the commands so far.
+
+    Returns:
+        (memory for the next call, symptom or None).
+    """
+    command = observation.command
+    v, w = float(observation.twist[0]), float(observation.twist[2])
+    now = observation.time
+    if command is None:
+        return None, None
+    if memory is None or not 0.0 < now - memory.time <= _MAX_GAP:
+        start = (AxisBand(v, v, v), AxisBand(w, w, w))
+        return DriveBand(now, *start), None
+    dt, lag = now - memory.time, robot.actuation_lag
+    linear = AxisBand(
+        *_follow(
+            memory.linear,
+            float(command[0]),
+            v,
+            dt,
+            lag,
+            (robot.max_acceleration, robot.max_deceleration, robot.emergency_deceleration),
+            p.drive_margin,
+        )
+    )
+    turn = robot.max_turn_acceleration
+    angular = AxisBand(
+        *_follow(memory.angular, float(command[2]), w, dt, lag, (turn, turn, turn), p.turn_margin)
+    )
+    band = DriveBand(now, linear, angular)
+    if linear.over > p.drive_excess or angular.over > 2.0 * p.drive_excess:
+        return band, Reason.DRIVE_FAULT
+    if linear.lacking > 8.0 * p.drive_excess:
+        return band, Reason.DRIVE_FAULT
+    if linear.lacking > 1.2 * p.drive_excess or angular.lacking > 4.0 * p.drive_excess:
+        return band, Reason.DRIVE_WEAK
+    return band, None
+
+
+@njit(**CACHED)
+def _follow(
+    band: AxisBand,
+    command: float,
+    measured: float,
+    dt: float,
+    lag: float,
+    ramps: tuple[float, float, float],
+    margin: tuple[float, float],
+) -> tuple[float, float, float, float, float]:
+    rise, fall, hardest = ramps
+    quick = _ramped(band.quick, command, _STRONG * rise * dt, _STRONG * hardest * dt)
+    delayed = band.slow_command + (command - band.slow_command) * (
+        1.0 - math.exp(-dt / (1.5 * lag + 0.08))
+    )
+    slow = _ramped(band.slow, delayed, _WEAK * rise * dt, _WEAK * fall * dt)
+    low, high = min(quick, slow), max(quick, slow)
+    allowed = margin[0] + margin[1] * max(abs(low), abs(high))
+    above, below = measured - high - allowed, low - allowed - measured
+    # Motion against the band or beyond it is not commanded; motion short of it is lacking.
+    over, lacking = 0.0, 0.0
+    if above > 0.0:
+        over, lacking = (above, 0.0) if high >= 0.0 or measured > 0.0 else (0.0, above)
+    elif below > 0.0:
+        over, lacking = (below, 0.0) if low <= 0.0 or measured < 0.0 else (0.0, below)
+    keep = math.exp(-dt / _WINDOW)
+    over = keep * band.over + over * dt if over > 0.0 else keep * band.over
+    lacking = keep * band.lacking + lacking * dt if lacking > 0.0 else keep * band.lacking
+    return quick, slow, delayed, over, lacking
+
+
+@njit(**CACHED)
+def _ramped(value: float, target: float, rise: float, fall: float) -> float:
+    """Value that approaches the target: away from zero by ``rise``, towards zero by ``fall``."""
+    if target > value:
+        return min(target, value + (rise if value >= 0.0 else fall))
+    return max(target, value - (rise if value <= 0.0 else fall))
+
+
+_MIN_MISSING = 4
+"""Beams of a run of free ones that must miss a wall for the whole run not to be believed."""
+_MISSING_SHARE = 0.15
+BINS = 120
+"""Directions about the robot, 3° each."""
+
+
+def widest_gap(
+    scanners: Iterable[tuple[ScannerState, Floats]],
+    travel: float,
+    half_angle: float,
+    *,
+    trust_map: bool,
+) -> float:
+    """Width of the widest unseen gap in the sector of travel, rad.
+
+    Directions that no scanner covers by design do not count: the gap is a loss. A beam that finds
+    nothing where the map has a wall sees nothing, if the map is trusted.
+
+    Args:
+        scanners: last sweep and mount (3,) of each.
+        travel: direction of travel in the robot's frame, rad.
+        half_angle: half the sector, rad.
+        trust_map: compare with the map.
+    """
+    seen, covered = np.zeros(BINS, dtype=np.bool_), np.zeros(BINS, dtype=np.bool_)
+    for state, mount in scanners:
+        lost = state.fit.beams == UNUSABLE
+        if trust_map:
+            lost |= _disbelieved(state)
+        angle = (state.beams.angle + mount[2]) % (2.0 * math.pi)
+        index = (angle / (2.0 * math.pi) * BINS).astype(np.int64) % BINS
+        covered[index] = True
+        seen[index[~lost]] = True
+    blind = covered & ~seen
+    if not blind.any():
+        return 0.0
+    directions = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
+    apart = np.abs((directions - travel + math.pi) % (2.0 * math.pi) - math.pi)
+    return _longest_run(blind & (apart <= half_angle)) * 2.0 * math.pi / BINS
+
+
+def _disbelieved(state: ScannerState) -> Booleans:
+    """Mask of the free beams that see nothing.
+
+    A run of free beams that misses mapped walls in a part of it is not believed in any part.
+    """
+    free: Booleans = np.isposinf(state.beams.range)
+    missing: Booleans = state.fit.beams == MISSING
+    if free.all():
+        return np.asarray(free & missing.any())
+    if missing.sum() < _MIN_MISSING:
+        return missing
+    start = int(np.argmin(free))
+    rolled, missed = np.roll(free, -start), np.roll(missing, -start)
+    run = np.cumsum(~rolled)  # beams of one run of free ones share a number
+    count = np.bincount(run[rolled], minlength=run[-1] + 1)
+    wrong = np.bincount(run[rolled & missed], minlength=run[-1] + 1)
+    whole = (wrong >= _MIN_MISSING) & (wrong >= _MISSING_SHARE * count)
+    return np.asarray(missing | np.roll(rolled & whole[run], start))
+
+
+def _longest_run(mask: Booleans) -> int:
+    """Length of the longest run of a circular mask; a single seen bin does not interrupt it."""
+    closed = mask | (np.roll(mask, 1) & np.roll(mask, -1))
+    if closed.all():
+        return len(closed)
+    start = int(np.argmin(closed))
+    best = run = 0
+    for each in np.roll(closed, -start):
+        run = run + 1 if each else 0
+        best = max(best, run)
+    return best
+
+
+_MIN_BEAMS = 10
+"""Informative beams without which a sweep judges nothing."""
+_GOOD, _DOUBTFUL = LocalisationState.GOOD, LocalisationState.DOUBTFUL
+_LOST, _UNKNOWN = LocalisationState.LOST, LocalisationState.UNKNOWN
+
+
+def update_localisation(
+    before: LocalisationHealth,
+    fit: MapFit,
+    elapsed: float,
+    time: float,
+    p: HealthParameters,
+    *,
+    carried: bool = False,
+) -> LocalisationHealth:
+    """Add the fit of a sweep; one that shows too little of the map changes nothing.
+
+    Args:
+        before: health before.
+        fit: of the sweep.
+        elapsed: time since the last sweep, s.
+        time: of the sweep, s.
+        p: parameters.
+        carried: the view broke off, and less of it is on the map since.
+    """
+    enough = fit.hit + fit.through + fit.missing >= _MIN_BEAMS
+    if fit.informative < p.min_informative or not enough:
+        state = _LOST if carried else before.state
+        return _with(before, state, before.contradiction, before.offset, fit, time)
+    share = 1.0 if before.state is _UNKNOWN else 1.0 - math.exp(-elapsed / p.smoothing)
+    contradiction = before.contradiction + share * (fit.contradiction - before.contradiction)
+    offset = fit.offset if fit.gain >= p.min_gain else np.zeros(3)
+    offset = before.offset + share * (offset - before.offset)
+    state = _LOST if carried else _state(contradiction, offset, p)
+    return _with(before, state, contradiction, offset, fit, time)
+
+
+def stated_doubt(observation: Observation, p: HealthParameters) -> bool:
+    """Check the covariance that the localiser states for its own pose."""
+    covariance = observation.pose_covariance
+    if covariance is None:
+        return False
+    return not float(np.sqrt(np.trace(covariance[:2, :2]) / 2.0)) < p.doubtful_deviation
+
+
+def _state(contradiction: float, offset: np.ndarray, p: HealthParameters) -> LocalisationState:
+    far, turn = math.hypot(offset[0], offset[1]), abs(float(offset[2]))
+    if contradiction >= p.lost_share or far >= p.lost_offset or turn >= p.lost_turn:
+        return _LOST
+    if contradiction >= p.doubtful_share or far >= p.doubtful_offset or turn >= p.doubtful_turn:
+        return _DOUBTFUL
+    return _GOOD
+
+
+def _with(
+    before: LocalisationHealth,
+    state: LocalisationState,
+    contradiction: float,
+    offset: np.ndarray,
+    fit: MapFit,
+    time: float,
+) -> LocalisationHealth:
+    return LocalisationHealth(
+        state=state,
+        contradiction=contradiction,
+        informative=fit.informative,
+        offset=offset,
+        since=before.since if state is before.state else time,
+    )
+
 
 _SETTLED = 1.0
 """Time for which the pose must fit the map after a jump, s."""

@@ -29,7 +29,6 @@ processes get and return the values of ``control/ipc.py`` through a pipe.
 """
 
 from cohelm.live.control.limits import PACES, LimitsLoosened
-from cohelm.live.drive import Drive, DriveSetup
-from cohelm.live.drive_health import DriveHealth
+from cohelm.live.drive import Drive, DriveHealth, DriveSetup
 
 __all__ = ["PACES", "Drive", "DriveHealth", "DriveSetup", "LimitsLoosened"]

@@ -8,6 +8,8 @@
     drive.close()
 
 No call waits for the control loop, and every call may come from any thread.
+
+Condition of a live ride, as its owner and the server see it.
 """
 
 from __future__ import annotations
@@ -29,7 +31,6 @@ from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
-from cohelm.live.drive_health import DriveHealth
 from cohelm.live.floor_model import floor_model
 from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
@@ -58,6 +59,30 @@ from cohelm.live.sessions.response import stored_response, with_response
 from cohelm.live.sessions.store import SessionStore
 from cohelm.maps import OccupancyGrid
 from cohelm.scenarios import Scenario
+
+
+@value
+class DriveHealth:
+    """Condition of the control loop and its processes."""
+
+    ready: bool
+    """True if the chair can drive."""
+    error: str
+    """Reason why it cannot, and will not without a restart; empty: there is none."""
+    ticks: int
+    """Control steps so far."""
+    missed: int
+    """Steps that overran their period, since the chair was ready."""
+    longest_streak: int
+    """Maximum number of consecutive missed steps."""
+    stops: int
+    """Stops by the watchdog."""
+    restarts: int
+    """Restarts of the navigator."""
+    rate: float = 1.0
+    """Speed of simulated time, 1: real time."""
+    unstored: str = ""
+    """Sentences about what cannot be stored; empty: everything is."""
 
 
 @value

@@ -1,13 +1,16 @@
 """Maps: occupancy grids, their files, distance fields, named places, floor plans."""
 
 from cohelm.maps.distance import DistanceField, distance_field, signed_distance
-from cohelm.maps.filter_info import FILTER_TYPES, FilterInfo, FilterType, read_filter_info
 from cohelm.maps.floorplan import DoorOpening, FloorPlan, Furniture, Space, read_floor_plan
 from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.maps.masks import (
+    FILTER_TYPES,
     CostmapFilter,
+    FilterInfo,
+    FilterType,
     closed_cells,
     read_crowding,
+    read_filter_info,
     read_mask,
     speed_limit_at,
 )

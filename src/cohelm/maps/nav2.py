@@ -9,12 +9,15 @@ occupancy is p = (255 − x)/255, or x/255 with ``negate``, and in the modes
 
 A pixel that is not fully opaque is unknown, save in raw. The image's last row is the grid's first.
 Quotients are compared as exact decimals would be: x = 204 is p = 0.2 and reaches a threshold 0.2.
+
+Check that a PNG holds all its rows: the decoder fills what is missing with black.
 """
 
 from __future__ import annotations
 
 import struct
 import warnings
+import zlib
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,8 +31,40 @@ from cohelm.arrays import Booleans, Bytes, SignedBytes
 from cohelm.errors import MapError
 from cohelm.maps.grid import FREE, MAX_COORDINATE, OCCUPIED, UNKNOWN, OccupancyGrid
 from cohelm.maps.nav2_yaml import MapWarning, known_part, read_nav2_yaml
-from cohelm.maps.png_check import missing_rows
 from cohelm.maps.pnm_check import surplus_bytes
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
+"""Number of channels by colour type (PNG specification, 11.2.2)."""
+
+
+def missing_rows(file: Path) -> int:
+    """Number of rows that the pixel data of a PNG lacks; 0 for an interlaced one.
+
+    Raises:
+        ValueError, struct.error: if it is damaged otherwise.
+    """
+    data = file.read_bytes()
+    if not data.startswith(_SIGNATURE):
+        raise ValueError("no PNG")
+    at, held, header = len(_SIGNATURE), [], b""
+    while at + 8 <= len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        if kind == b"IHDR":
+            header = data[at + 8 : at + 8 + length]
+        if kind == b"IDAT":
+            held.append(data[at + 8 : at + 8 + length])
+        at += 12 + length
+    width, height, bits, colour, _, _, interlaced = struct.unpack(">IIBBBBB", header)
+    if interlaced or colour not in _CHANNELS:
+        return 0
+    row = 1 + (width * bits * _CHANNELS[colour] + 7) // 8
+    try:
+        pixels = zlib.decompressobj().decompress(b"".join(held), row * height)
+    except zlib.error as fault:
+        raise ValueError(f"{fault}") from None
+    return int(height - len(pixels) // row)
+
 
 PIXEL_LIMIT = 100_000_000
 """Largest image that is decoded, in pixels."""

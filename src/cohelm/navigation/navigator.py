@@ -1,4 +1,9 @@
-"""The navigator: one observation in, one tick out; the only place where all stages meet."""
+"""The navigator: one observation in, one tick out; the only place where all stages meet.
+
+Authority of the rider in one step: the stick, its weight η, and where the chair takes over.
+
+Destinations of a rider in the pipeline: the belief, the way there, and the helped authority.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +12,7 @@ import dataclasses
 
 import numpy as np
 
+from cohelm import sharing
 from cohelm.arrays import Floats
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
@@ -25,9 +31,12 @@ from cohelm.messages import (
     Reference,
     Request,
 )
-from cohelm.navigation.belief_help import inferred_destinations, with_belief_help
 from cohelm.navigation.command import Allowance, Command, local_problem, tight_limit
-from cohelm.navigation.destination_inference import destination_inference
+from cohelm.navigation.destination_inference import (
+    DestinationInference,
+    DestinationState,
+    destination_inference,
+)
 from cohelm.navigation.final_approach import has_arrived
 from cohelm.navigation.final_decision import decide
 from cohelm.navigation.local_walls import local_walls
@@ -35,7 +44,6 @@ from cohelm.navigation.motion import Motion, helped_motion
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
 from cohelm.navigation.recovery.context import update_recovery, with_recovery_reason
 from cohelm.navigation.recovery.stages import RecoveryAction
-from cohelm.navigation.rider_authority import limited_authority, rider_authority
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.stage_results import (
     CheckedInput,
@@ -58,7 +66,102 @@ from cohelm.navigation.world_model import (
 from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input
+from cohelm.sharing import AuthorityState, helped_deflection, stick_twist
 from cohelm.stopwatch import Stopwatch
+
+_ANGLES = np.linspace(-1.0, 1.0, 11)
+"""Angles to the chair's heading in which the way is looked for, rad."""
+_AHEAD = 1.5
+"""Distance at which it is looked for, m."""
+
+
+def inferred_destinations(
+    inference: DestinationInference | None, step: StepInput, authority: Authority
+) -> tuple[DestinationBelief | None, DestinationState | None]:
+    """Infer destinations while the rider has chosen none; also return the memory.
+
+    Args:
+        inference: of the map; None: it has no named places.
+        step: input of the step.
+        authority: of the rider.
+    """
+    if inference is None or not np.isnan(step.request.goal).any():
+        return None, None
+    return inference.update(
+        step.observation.time,
+        step.observation.pose,
+        authority.deflection,
+        step.setup.robot.max_turn_rate,
+        step.memory.destinations,
+    )
+
+
+def with_belief_help(
+    step: StepInput,
+    inference: DestinationInference | None,
+    belief: DestinationBelief | None,
+    authority: Authority,
+) -> Authority:
+    """The authority with the turn towards the believed place; the rider's own without help.
+
+    Args:
+        step: input of the step.
+        inference: of the map, with the cost-to-go of its places.
+        belief: now; None with a destination.
+        authority: of the rider.
+    """
+    setup, pose = step.setup, step.observation.pose
+    p = setup.destinations.help
+    if not p.use or inference is None or belief is None or not len(belief.places):
+        return authority
+    place = int(np.argmax(belief.places))
+    certainty = float(belief.places[place])
+    if certainty <= p.begin:
+        return authority
+    angle = _way(inference, pose, place)
+    deflection = helped_deflection(authority.deflection, certainty, angle, p)
+    if deflection is authority.deflection:
+        return authority
+    twist = stick_twist(deflection, setup.robot, setup.speed_limit(step.request))
+    return dataclasses.replace(authority, deflection=deflection, twist=twist)
+
+
+def _way(inference: DestinationInference, pose: Floats, place: int) -> float:
+    """Angle from the heading to the direction in which the cost-to-go falls most, rad."""
+    ends = [inference.fields.reached(pose[:2], pose[2] + a, _AHEAD) for a in _ANGLES]
+    cost = [float(inference.fields.at(end)[place]) for end in ends]
+    return float(_ANGLES[int(np.argmin(cost))])
+
+
+def rider_authority(step: StepInput) -> tuple[Authority, AuthorityState]:
+    """Compute the rider's input and its weight η."""
+    setup = step.setup
+    return sharing.authority(
+        step.observation,
+        step.request.profile,
+        setup.robot,
+        horizon=sharing.InputHorizon(
+            steps=setup.local_planner.steps, step=setup.local_planner.step
+        ),
+        speed_limit=setup.speed_limit(step.request),
+        memory=step.memory.authority,
+        parameters=setup.authority,
+    )
+
+
+def limited_authority(step: StepInput, authority: Authority, recovery: RecoveryAction) -> Authority:
+    """Reduce η where the chair takes over: during recovery and at the end of the path."""
+    route, parameters = step.memory.route, step.setup.authority
+    if step.request.mode is not Mode.SHARED or route is None:
+        return authority
+    if recovery.takes_over:
+        # A chair at rest must not set off against a stick that is pulled back.
+        if authority.deflection[0] <= -parameters.stop_deflection:
+            return authority
+        return dataclasses.replace(authority, eta=0.0)
+    if authority.yields:
+        return authority
+    return sharing.limit_authority(authority, route.path.length - route.progress, parameters)
 
 
 class Navigator:

@@ -15,10 +15,15 @@ from cohelm.platforms.api import (
     SimulatedWorld,
 )
 from cohelm.platforms.measured import MeasuredTruth
-from cohelm.platforms.opening import is_simulated, open_platform, open_simulation
 from cohelm.platforms.planar import Planar, PlanarPlatform
 from cohelm.platforms.readings import LeadingReadings
-from cohelm.platforms.stick_device import StickPlatform, WithStick
+from cohelm.platforms.stick_device import (
+    StickPlatform,
+    WithStick,
+    is_simulated,
+    open_platform,
+    open_simulation,
+)
 
 __all__ = [
     "Capabilities",

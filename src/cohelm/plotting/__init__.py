@@ -15,9 +15,8 @@ from cohelm.plotting.people import PeopleMoment, PeopleRecord, draw_people
 from cohelm.plotting.people_animation import animate_people
 from cohelm.plotting.ride import DrawnRide, draw_ride
 from cohelm.plotting.ride_animation import AnimationStyle, animate_ride
-from cohelm.plotting.route import PlanRecord, draw_plan
 from cohelm.plotting.route_panels import RoutePanel, draw_error_plot, draw_route_panels
-from cohelm.plotting.scene import SceneRecord, draw_scene
+from cohelm.plotting.scene import PlanRecord, SceneRecord, draw_plan, draw_scene
 
 __all__ = [
     "AnimationStyle",

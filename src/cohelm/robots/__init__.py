@@ -8,14 +8,16 @@ from cohelm.robots.kinematics import (
     Unicycle,
     move,
 )
-from cohelm.robots.mounts import (
+from cohelm.robots.robot import (
     BlindSector,
     CloudMount,
     DepthCameraMount,
     LaserMount,
     LidarMount,
+    Robot,
+    load_robot,
+    robot_names,
 )
-from cohelm.robots.robot import Robot, load_robot, robot_names
 
 __all__ = [
     "BlindSector",

@@ -1,4 +1,9 @@
-"""Build everything that a ride needs from a scenario: map, chair, pedestrians and parts."""
+"""Build everything that a ride needs from a scenario: map, chair, pedestrians and parts.
+
+Outlines of a scenario's pedestrians, also with a wheelchair, a walker or a trolley.
+
+True floor of a scenario: what its map lacks, and what only rider or chair sees.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cohelm import plugins
-from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
+from cohelm.arrays import Annotated, Floats, Floats32, Integers, Shape, value
 from cohelm.errors import MapError, PluginError, ScenarioError
 from cohelm.maps import (
     FILTER_TYPES,
+    OCCUPIED,
     CostmapFilter,
     FilterInfo,
     OccupancyGrid,
@@ -28,10 +34,18 @@ from cohelm.messages import Path, Request, Wish
 from cohelm.navigation import NavigatorSetup
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.robots import Robot
-from cohelm.scenarios.bodies import draw_kinds, statures_of, with_bodies
 from cohelm.scenarios.crowd import make_crowd
-from cohelm.scenarios.floor import doorways, floor_plan, relief_of
+from cohelm.scenarios.floor import (
+    covered_by,
+    doorways,
+    floor_plan,
+    grid_changes,
+    relief_of,
+    with_heights,
+    with_obstacles,
+)
 from cohelm.scenarios.objects import Mask
+from cohelm.scenarios.pedestrian_spec import CrowdSpec
 from cohelm.scenarios.rider_plan import goal_change, route_past
 from cohelm.scenarios.scenario import (
     NAVIGATOR_PARAMETERS,
@@ -40,8 +54,126 @@ from cohelm.scenarios.scenario import (
     Scenario,
     robot_of,
 )
-from cohelm.scenarios.true_world import TrueWorld, true_world
-from cohelm.simulation import GoalChange, ManualDoor, WorldSetup, generator, prepare_crowd
+from cohelm.simulation import (
+    Crowd,
+    GoalChange,
+    ManualDoor,
+    MapChange,
+    SplitCells,
+    WorldSetup,
+    generator,
+    prepare_crowd,
+    with_cells,
+)
+from cohelm.simulation.sensors.planar_bodies import RADIUS, SPEEDS, STATURES, BodyKind
+
+
+class TrueWorld(NamedTuple):
+    """Obstacles of a world."""
+
+    grid: OccupancyGrid
+    """At time 0."""
+    changes: tuple[MapChange, ...]
+    """Later ones."""
+    heights: Floats32 | None
+    """Heights of occupied cells, m; None: wall height everywhere."""
+    doors: tuple[ManualDoor, ...]
+    """Doors that can be closed."""
+    split: SplitCells | None
+    """Cells that rider and chair see differently; None: none."""
+
+    @property
+    def known_to_rider(self) -> OccupancyGrid:
+        """Obstacles at time 0, and floor that the rider avoids."""
+        return (
+            self.grid if self.split is None else with_cells(self.grid, self.split.avoided, OCCUPIED)
+        )
+
+
+def true_world(
+    scenario: Scenario,
+    grid: OccupancyGrid,
+    heights: Floats32 | None,
+    doors: tuple[ManualDoor, ...],
+) -> TrueWorld:
+    """Build the true obstacles of a scenario.
+
+    Args:
+        scenario: with obstacles, doors and changes of the drawing.
+        grid: map of the chair.
+        heights: heights of its cells, m; None: not known.
+        doors: doors of the map.
+    """
+    if scenario.world_plan:
+        plan = floor_plan(scenario, of_world=True)
+        grid, heights, doors = plan.draw()[0], plan.heights(), doorways(plan)
+    solid = tuple(each for each in scenario.obstacles if each.solid)
+    first, *later = grid_changes(with_obstacles(grid, solid), scenario.doors)
+    return TrueWorld(
+        grid=first.grid,
+        changes=tuple(later),
+        heights=with_heights(heights, grid, solid),
+        doors=doors,
+        split=_split(scenario, grid),
+    )
+
+
+def _split(scenario: Scenario, grid: OccupancyGrid) -> SplitCells | None:
+    if all(each.sensed and each.solid for each in scenario.obstacles):
+        return None
+    sensed = tuple(each for each in scenario.obstacles if each.solid and each.sensed)
+    unsensed = tuple(each for each in scenario.obstacles if each.solid and not each.sensed)
+    floor = tuple(each for each in scenario.obstacles if not each.solid)
+    return SplitCells(
+        unsensed=covered_by(grid, unsensed) & ~with_obstacles(grid, sensed).occupied(),
+        avoided=covered_by(grid, floor),
+    )
+
+
+def draw_kinds(spec: CrowdSpec, count: int, rng: np.random.Generator) -> Integers | None:
+    """Outlines (count,), a ``BodyKind`` each: those given, the others drawn; None: all discs."""
+    names = {kind.name.lower(): kind for kind in BodyKind}
+    given = [each.body for each in spec.pedestrians][:count]
+    if not spec.bodies and not any(given):
+        return None
+    share_of: dict[str, float] = dict(spec.bodies.items())
+    shares = [share_of.get(name, 0.0) for name in names]
+    shares[BodyKind.DISC] += max(1.0 - sum(shares), 0.0)
+    kinds = rng.choice(len(names), size=count, p=np.array(shares) / sum(shares))
+    for i, body in enumerate(given):
+        if body is not None:
+            kinds[i] = names[body]
+    return np.asarray(kinds, dtype=np.int64)
+
+
+def with_bodies(crowd: Crowd, kinds: Integers | None) -> Crowd:
+    """Crowd with the sizes and highest speeds of its outlines (n,); seated people stay."""
+    if kinds is None:
+        return crowd
+    radius, speed = crowd.radius.copy(), crowd.preferred_speed.copy()
+    waypoints, target = crowd.waypoints.copy(), crowd.target.copy()
+    for i, kind in enumerate(map(BodyKind, kinds.tolist())):
+        if kind is BodyKind.DISC:
+            continue
+        radius[i] = RADIUS[kind]
+        speed[i] = min(speed[i], SPEEDS.get(kind, speed[i])) or speed[i]
+        if kind is BodyKind.SEATED:
+            waypoints[i, 1:], target[i] = np.nan, 0
+            waypoints[i, 0] = crowd.position[i]
+    return replace(crowd, radius=radius, preferred_speed=speed, waypoints=waypoints, target=target)
+
+
+def statures_of(kinds: Integers | None, statures: Floats) -> Floats:
+    """Heights (n,), m: those of lower outlines are scaled from the drawn ones into their range."""
+    if kinds is None:
+        return statures
+    out = statures.copy()
+    low, high = statures.min(initial=np.inf), statures.max(initial=-np.inf)
+    for i, kind in enumerate(map(BodyKind, kinds.tolist())):
+        if kind in STATURES:
+            share = (statures[i] - low) / max(high - low, 1e-9)
+            out[i] = STATURES[kind][0] + share * (STATURES[kind][1] - STATURES[kind][0])
+    return out
 
 
 class Floor(NamedTuple):

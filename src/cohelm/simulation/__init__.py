@@ -12,7 +12,6 @@ from cohelm.simulation.crowds import (
 )
 from cohelm.simulation.dynamic_objects import ManualDoor, MapChange
 from cohelm.simulation.faults import FAULT_KINDS, Fault, FaultKind
-from cohelm.simulation.floor_relief import FLAT, FloorRelief, ThresholdEdge
 from cohelm.simulation.ground_truth import GroundTruth, Touch, is_standing
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.riders import (
@@ -35,10 +34,15 @@ from cohelm.simulation.riders import (
 )
 from cohelm.simulation.sensors import Localisation, Odometry
 from cohelm.simulation.simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
-from cohelm.simulation.spawning import NewPedestrian
 from cohelm.simulation.split_knowledge import GoalChange, SplitCells, with_cells
-from cohelm.simulation.world import World
-from cohelm.simulation.world_setup import WorldSetup
+from cohelm.simulation.world import (
+    FLAT,
+    FloorRelief,
+    NewPedestrian,
+    ThresholdEdge,
+    World,
+    WorldSetup,
+)
 
 __all__ = [
     "FAULT_KINDS",

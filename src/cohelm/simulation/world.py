@@ -4,26 +4,41 @@
 evaluation only. Every source of randomness has its own generator, named by its purpose, so that an
 additional sensor does not change the pedestrians. The same setup and seed give the same ride bit
 for bit.
+
+View of a seated rider: people in sight and free distances.
+
+Walls and objects hide the people behind them, even if they are low; people hide no one. The limits
+are assumed: eyes and neck together cover more than the front of the chair.
+
+Pedestrians who enter a world during a ride.
+
+Setup of a simulated world.
+
+Relief of a floor: a ramp and thresholds. The planar simulation drives over them unnoticed.
 """
 
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
-from cohelm.geometry import transform
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation
-from cohelm.simulation.api import Crowd, CrowdScene, RiderAct, RiderView
+from cohelm.robots import Robot
+from cohelm.simulation.api import Crowd, CrowdScene, PedestrianModel, Rider, RiderAct, RiderView
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
 from cohelm.simulation.crowds.motion import displacement, interpolated
 from cohelm.simulation.drivetrain import drive_command
 from cohelm.simulation.dynamic_objects import (
+    ManualDoor,
+    MapChange,
     braking_outlines,
     current_grid,
     is_clear,
@@ -32,16 +47,188 @@ from cohelm.simulation.dynamic_objects import (
 from cohelm.simulation.faults import Fault, FaultInjector
 from cohelm.simulation.ground_truth import GroundTruth
 from cohelm.simulation.random_streams import generator
-from cohelm.simulation.rider_view import DIRECTIONS, view_from
 from cohelm.simulation.sensing import SensorReadings, SensorSuite
+from cohelm.simulation.sensors.grid_raycast import cast, in_sight
 from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
-from cohelm.simulation.sensors.localisation import with_error
+from cohelm.simulation.sensors.localisation import Localisation, Odometry, with_error
 from cohelm.simulation.sensors.planar_bodies import BodyKind
-from cohelm.simulation.sensors.static_scene import StaticScene
+from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface, StaticScene
 from cohelm.simulation.simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
-from cohelm.simulation.spawning import NewPedestrian, with_pedestrian
-from cohelm.simulation.split_knowledge import grid_views
-from cohelm.simulation.world_setup import WorldSetup
+from cohelm.simulation.split_knowledge import GoalChange, SplitCells, grid_views
+from cohelm.simulation.wall_geometry import walls_of
+
+
+@value
+class ThresholdEdge:
+    """Bar on the floor, as under a door."""
+
+    at: Annotated[Floats, Shape("2")]
+    """Centre, m."""
+    size: Annotated[Floats, Shape("2")]
+    """Width and depth, m."""
+    angle: float
+    """Rotation, rad."""
+    height: float
+    """Over the floor, m."""
+
+
+@value
+class FloorRelief:
+    """Heights of a floor that wheels drive over."""
+
+    floor: FloorSurface = LEVEL
+    thresholds: tuple[ThresholdEdge, ...] = ()
+
+
+FLAT = FloorRelief()
+"""Level floor without thresholds."""
+
+
+@value
+class WorldSetup:
+    """Everything that defines a world, except for the seed."""
+
+    grid: OccupancyGrid
+    """True obstacles at time 0."""
+    changes: tuple[MapChange, ...] = ()
+    """Later obstacles, in the order of their times."""
+    heights: Annotated[Floats32, Shape("rows cols")] | None = None
+    """Heights of all obstacles of the ride, m, for 3-D sensors; see ``StaticScene``."""
+    wall_height: float = 2.5
+    """m."""
+    ceiling: float = math.inf
+    """Height of the ceiling, m; +inf: none."""
+    relief: FloorRelief = FLAT
+    """Ramp and thresholds, for worlds with wheels."""
+    robot: Robot
+    start: Annotated[Floats, Shape("3")]
+    """X_MR at time 0."""
+    crowd: Crowd
+    """People at time 0."""
+    statures: Annotated[Floats, Shape("n")] | None = None
+    """Their heights, m, for 3-D sensors; None: 1.7 m each."""
+    kinds: Annotated[Integers, Shape("n")] | None = None
+    """Their outlines in planar scans, a ``BodyKind`` each; None: discs."""
+    pedestrian_model: PedestrianModel
+    rider: Rider
+    rider_goal: Annotated[Floats, Shape("2")]
+    """Destination of the rider, m."""
+    rider_route: Annotated[Floats, Shape("k 2")]
+    """Desired route of the rider, m; empty: straight to the destination."""
+    goal_change: GoalChange | None = None
+    """Destination that the rider decides for on the way."""
+    split: SplitCells | None = None
+    """Cells that rider and chair see differently; None: none."""
+    localisation: Localisation = Localisation()
+    odometry: Odometry = Odometry()
+    control_step: float = 0.05
+    """Time between decisions, s."""
+    physics_step: float = 0.01
+    """Upper bound, s; a control step is a whole number of them."""
+    give_people: bool = False
+    """Put the true people into the observation."""
+    faults: tuple[Fault, ...] = ()
+    doors: tuple[ManualDoor, ...] = ()
+    """Doors for :meth:`.world.World.set_door`; open at first."""
+
+    @property
+    def last_goal(self) -> Floats:
+        """Destination (2,) of the rider in the end, m."""
+        return self.rider_goal if self.goal_change is None else self.goal_change.goal
+
+
+@value
+class NewPedestrian:
+    """A pedestrian without a group, with w way-points."""
+
+    position: Annotated[Floats, Shape("2")]
+    """m."""
+    waypoints: Annotated[Floats, Shape("w 2")]
+    """In order, m; w = 0: standing."""
+    heading: float = 0.0
+    """Direction faced, rad."""
+    speed: float = 1.2
+    """Preferred speed, m/s."""
+    radius: float = 0.25
+    """Radius of the body, m."""
+    stature: float = 1.7
+    """Height, m."""
+    loop: bool = False
+    """Start again at the first way-point after the last."""
+    sees_robot: bool = True
+    """Avoid the robot."""
+
+
+def with_pedestrian(crowd: Crowd, new: NewPedestrian) -> Crowd:
+    """Append a pedestrian to the crowd; indices of the others stay.
+
+    The model's private state of the new one is NaN: an inattentive person has not noticed the
+    chair, a distracted one has not turned, and in a replayed film the new one follows the model of
+    the scenario's other people.
+    """
+    n = len(crowd.radius)
+    width = max(crowd.waypoints.shape[1], len(new.waypoints), 1)
+    waypoints = np.full((n + 1, width, 2), np.nan)
+    waypoints[:n, : crowd.waypoints.shape[1]] = crowd.waypoints
+    waypoints[n, : len(new.waypoints)] = new.waypoints
+    group, present, memory = crowd.group, crowd.present, crowd.memory
+    return replace(
+        crowd,
+        position=np.vstack([crowd.position, new.position]),
+        velocity=np.vstack([crowd.velocity, np.zeros(2)]),
+        heading=np.append(crowd.heading, new.heading),
+        radius=np.append(crowd.radius, new.radius),
+        preferred_speed=np.append(crowd.preferred_speed, new.speed),
+        waypoints=waypoints,
+        target=np.append(crowd.target, np.int64(0)),
+        loop=np.append(crowd.loop, np.bool_(new.loop)),
+        sees_robot=np.append(crowd.sees_robot, np.bool_(new.sees_robot)),
+        group=None if group is None else np.append(group, np.int64(-1)),
+        present=None if present is None else np.append(present, np.True_),
+        memory=None if memory is None else np.vstack([memory, np.full(memory.shape[1], np.nan)]),
+    )
+
+
+FIELD = math.radians(110.0)
+"""Half the field of view, rad: of the eyes, and a turn of the head."""
+PEOPLE_RANGE = 10.0
+"""Distance up to which a rider sees people, m."""
+OBSTACLE_RANGE = 5.0
+"""Distance up to which a rider sees walls and objects, m."""
+DIRECTIONS = np.linspace(-FIELD, FIELD, 45)
+"""Viewing directions, 5° apart, rad."""
+_NO_DISCS = np.empty((0, 3))
+
+
+def view_from(
+    grid: OccupancyGrid, pose: Floats, crowd: Crowd, kept_clear: OccupancyGrid | None = None
+) -> tuple[Floats, Floats]:
+    """Compute the view from the origin of a chair at ``pose`` (3,), X_MR.
+
+    Args:
+        grid: true obstacles.
+        pose: of the chair.
+        crowd: true people.
+        kept_clear: obstacles and floor that the rider avoids, which end a free distance but hide
+            nobody; None: the true obstacles alone.
+
+    Returns:
+        People in sight, (n, 5) as (x, y, v_x, v_y, radius) in the chair's frame; and the free
+        distance along ``DIRECTIONS``, (b,), m, +inf beyond ``OBSTACLE_RANGE``.
+    """
+    blocked = walls_of(grid, unknown=False).solid
+    ends = walls_of(kept_clear or grid, unknown=False).solid
+    free = cast(ends, grid.resolution, grid.X_MG, _NO_DISCS, pose, DIRECTIONS, OBSTACLE_RANGE)
+    position = transform(inverse(pose), crowd.position)
+    visible = np.hypot(*position.T) <= PEOPLE_RANGE
+    visible &= np.abs(np.arctan2(position[:, 1], position[:, 0])) <= FIELD
+    if visible.any():
+        to = crowd.position[visible]
+        eyes = np.broadcast_to(pose[:2], to.shape)
+        visible[visible] = in_sight(blocked, grid.resolution, grid.X_MG, eyes.copy(), to)
+    velocity = transform([0.0, 0.0, -pose[2]], crowd.velocity)
+    return np.column_stack([position, velocity, crowd.radius])[visible], free
+
 
 STATURE = 1.7
 """Default height of people, m."""

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from cohelm.control.baselines import Dwa, dwa
-from cohelm.control.baselines.dwa_critics import (
+from cohelm.control.baselines.dwa import (
     DwaWeights,
     DynamicWindow,
     drive,

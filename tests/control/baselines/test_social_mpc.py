@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.control.baselines import SocialMpc
-from cohelm.control.baselines.social_cost import passing, social_cost
+from cohelm.control.baselines.social_mpc import passing, social_cost
 from cohelm.maps import distance_field
 from cohelm.messages import Status
 from cohelm.robots import load_robot

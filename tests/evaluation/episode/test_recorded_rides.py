@@ -22,7 +22,7 @@ from cohelm.messages import Mode
 from cohelm.recordings import RecordedRide, RideRecorder, RideTick, open_recording
 from cohelm.recordings.rides import ros_messages as ros_writing
 from cohelm.recordings.rides.exact import pack, unpack
-from cohelm.recordings.rides.mcap_writer import FLUSH, delayed_interrupt
+from cohelm.recordings.rides.recorder import FLUSH, delayed_interrupt
 from cohelm.recordings.rides.ride import TICK_TOPIC, TOPICS
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario

@@ -19,7 +19,6 @@ from cohelm.benchmarks.bench import BenchReport, Sheet
 from cohelm.errors import ConfigError
 from cohelm.evaluation.metrics.measures import RideMeasure, measure_info
 from cohelm.evaluation.report import PaperTable, Rides, read_rides, write_results
-from cohelm.evaluation.report.figures import curve_of, evenly, typical
 from cohelm.evaluation.report.html import Table, TableCell, render
 from cohelm.evaluation.report.statistics import (
     bootstrap_mean,
@@ -32,8 +31,7 @@ from cohelm.evaluation.report.statistics import (
 )
 from cohelm.evaluation.report.store import _read_csv
 from cohelm.evaluation.report.summary import case_name, contrasts
-from cohelm.evaluation.report.tables import proxies
-from cohelm.evaluation.report.write import note_of
+from cohelm.evaluation.report.write import curve_of, evenly, note_of, proxies, typical
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.store import (
     SweepHeader,

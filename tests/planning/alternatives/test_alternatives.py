@@ -14,9 +14,9 @@ from cohelm.planning import AStar
 from cohelm.planning.alternatives.alternatives import (
     AlternativeCriteria,
     find_alternatives,
+    overlap,
     wish_distance,
 )
-from cohelm.planning.alternatives.overlap import overlap
 
 from .random_floors import route_sets, storey
 

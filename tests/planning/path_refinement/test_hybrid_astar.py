@@ -15,7 +15,6 @@ from cohelm.planning.path_refinement.configuration_space import (
     ConfigurationSpace,
     infeasible_points,
 )
-from cohelm.planning.path_refinement.dubins import drive_arc, dubins_words
 from cohelm.planning.path_refinement.footprint import (
     directions,
     footprint_model,
@@ -23,7 +22,12 @@ from cohelm.planning.path_refinement.footprint import (
     overlaps_along,
     turn_between,
 )
-from cohelm.planning.path_refinement.hybrid_astar import SearchLimits, search_poses
+from cohelm.planning.path_refinement.hybrid_astar import (
+    SearchLimits,
+    drive_arc,
+    dubins_words,
+    search_poses,
+)
 from cohelm.planning.path_refinement.local_repair import RefinedLine, repair
 from cohelm.planning.path_refinement.smoothing import curvature_of
 from cohelm.planning.path_refinement.waypoint_chaining import PoseBudget, all_headings

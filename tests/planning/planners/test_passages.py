@@ -9,7 +9,7 @@ from tests.planning.floors import CHAIR, problem, room
 from cohelm.errors import NoPath, Passage
 from cohelm.maps import FREE, OCCUPIED, signed_distance
 from cohelm.planning import AStar
-from cohelm.planning.planners.passages import gap_at, no_path, tightest_passage
+from cohelm.planning.planners.route import gap_at, no_path, tightest_passage
 from cohelm.planning.problem import prepare
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cohelm.platforms.luci.pacing import MAX_AGE, Pacer, TimedTwist
+from cohelm.platforms.luci.client import MAX_AGE, Pacer, TimedTwist
 
 FORWARD = np.array([0.4, 0.0, 0.0])
 

@@ -11,8 +11,7 @@ pytest.importorskip("grpc", reason="needs the extra luci")
 from cohelm.errors import PlatformError
 from cohelm.messages import Decision
 from cohelm.platforms.luci import Luci, LuciParameters, protocol
-from cohelm.platforms.luci.client import LOST_AFTER
-from cohelm.platforms.luci.pacing import MAX_AGE
+from cohelm.platforms.luci.client import LOST_AFTER, MAX_AGE
 from cohelm.scenarios import build_scenario, load_scenario
 from cohelm.testing import check_open_platform, check_platform
 

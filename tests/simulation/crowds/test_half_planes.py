@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cohelm.simulation.crowds.half_planes import best_velocity
+from cohelm.simulation.crowds.velocity_constraints import best_velocity
 
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.simulation import SocialForce
-from cohelm.simulation.crowds.forces import group_forces, pair_forces
+from cohelm.simulation.crowds.social_force import group_forces, pair_forces
 
 OPEN = {"walls": False}
 MIRROR = np.array([1.0, -1.0])

@@ -12,7 +12,7 @@ from cohelm.plugins import build
 from cohelm.robots import move
 from cohelm.simulation import World
 from cohelm.simulation.contact import gap_to_people, gap_to_walls
-from cohelm.simulation.rider_view import DIRECTIONS, OBSTACLE_RANGE, view_from
+from cohelm.simulation.world import DIRECTIONS, OBSTACLE_RANGE, view_from
 
 POSE = np.array([2.0, 5.0, 0.0])
 WALL = (5.0, 3.0, 5.2, 7.0)

@@ -7,7 +7,7 @@ import pytest
 
 from cohelm.benchmarks.perception.walking_aids import WALKING, passage
 from cohelm.evaluation.perception.recording_view import perception_of
-from cohelm.scenarios.bodies import draw_kinds, statures_of, with_bodies
+from cohelm.scenarios.build import draw_kinds, statures_of, with_bodies
 from cohelm.scenarios.pedestrian_spec import CrowdSpec
 from cohelm.simulation.sensors import BodyKind, HumanBodies, outline_of, planar_discs
 from cohelm.simulation.sensors.planar_bodies import RADIUS

@@ -2,25 +2,37 @@
 
 The recorded cases are those on which the references were measured. Own cases have other seeds, and
 may have other layouts and more people; parameters are tuned on them only.
+
+Report on CrowdNav cases, beside the results of others in the same cases.
 """
 
 from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from cohelm import plugins
 from cohelm.arrays import Floats
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name
-from cohelm.benchmarks.claims import OURS
-from cohelm.benchmarks.external.crowdnav_report import crowdnav_report
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet, Task, known_name
+from cohelm.benchmarks.claims import (
+    OURS,
+    Bound,
+    Verdict,
+    bounded,
+    verdict_notes,
+    verdict_sheet,
+    verdict_summary,
+)
 from cohelm.config import override, read_yaml, validate
 from cohelm.errors import ConfigError
 from cohelm.evaluation.external.crowdnav import (
@@ -39,7 +51,178 @@ from cohelm.evaluation.external.crowdnav_drivers import (
     orca,
     straight,
 )
+from cohelm.recordings.outside_data import outside_file
 from cohelm.stopwatch import Timing
+
+Row = Mapping[str, Any]
+
+
+class CrowdNavLine(NamedTuple):
+    """One line of the table; NaN: not known."""
+
+    name: str
+    kinematics: str
+    success: float
+    collision: float
+    time: float
+    """Mean over the successes, s; so are the next two."""
+    path: float = np.nan
+    danger: float = np.nan
+    """Share of steps with a distance below 0.2 m."""
+
+
+REFERENCES = (
+    CrowdNavLine("clairvoyant (knows the recorded future)", "holonomic", 1.0, 0.0, 8.71),
+    CrowdNavLine("clairvoyant (knows the recorded future)", "unicycle", 1.0, 0.0, 8.48),
+    CrowdNavLine("crude sampler, constant velocity", "holonomic", 0.934, 0.066, 11.29),
+    CrowdNavLine("crude sampler, constant velocity", "unicycle", 0.528, 0.440, 10.70),
+    CrowdNavLine("ORCA, radius + 0.20 m", "holonomic", 0.936, 0.050, 12.52, 9.58),
+)
+"""Measured on the 500 recorded cases; also in docs/crowdnav.md."""
+RECORDED = "crowdnav_measured_summary.json"
+"""File beside the recording: references measured by CrowdNav's own code."""
+REQUIRED: Mapping[str, Mapping[str, Bound]] = {
+    "holonomic": {"success": Bound(low=0.998), "time": Bound(high=10.5)},
+    "unicycle": {"success": Bound(low=0.99), "time": Bound(high=11.2)},
+}
+REQUIRED_OF_BOTH: Mapping[str, Bound] = {
+    "collision": Bound(high=0.005),
+    "danger": Bound(high=0.01),
+}
+"""Requirements on our planner in the recorded cases."""
+CASES = 500
+"""Number of recorded cases."""
+_COLUMNS = ("", "robot", "success", "collision", "time, s", "path, m", "danger of successes")
+
+
+def crowdnav_report(
+    rows: Sequence[Row], planner: str, folder: Path, *, references: bool, judged: bool
+) -> BenchReport:
+    """Tables, the curve over caution where there is one, and the verdicts.
+
+    Args:
+        rows: of all cases.
+        planner: that drove.
+        folder: for the picture.
+        references: True where the cases are those of ``REFERENCES``.
+        judged: True where the requirements apply to these cases and this planner.
+    """
+    cautions = sorted({float(row["caution"]) for row in rows})
+    models = list(dict.fromkeys(str(row["kinematics"]) for row in rows))
+    groups = {(c, m): _of(rows, c, m) for c in cautions for m in models}
+    lines = {key: summed(each, planner, key[1]) for key, each in groups.items() if each}
+    first = 0.0 if 0.0 in cautions else cautions[0]
+    main = [line for (c, _), line in lines.items() if c == first]
+    verdicts = list(_verdicts(main)) if judged and first == 0.0 else []
+    notes = [_speed(groups[first, line.kinematics], line.kinematics) for line in main]
+    fewest = min(len(groups[first, line.kinematics]) for line in main)
+    if verdicts and fewest < CASES:
+        notes.append(f"{fewest} of the {CASES} recorded cases: the verdicts are no findings")
+    wider = f", people {first:+g} m wider" if first else ""
+    sheets = [Sheet(f"successes and their cost{wider}", _COLUMNS, tuple(map(_cells, main)))]
+    if references:
+        others = tuple(map(_cells, _others()))
+        sheets.append(Sheet("others in the recorded cases", _COLUMNS, others))
+    files: tuple[Path, ...] = ()
+    if len(cautions) > 1:
+        curve = [
+            (f"{c:g} m", *_cells(lines[c, m])[1:])
+            for m in models
+            for c in cautions
+            if (c, m) in lines
+        ]
+        sheets.append(Sheet("wider people", ("added", *_COLUMNS[1:]), tuple(curve)))
+        files = (_picture(lines, folder / "curve.png"),)
+    if verdicts:
+        sheets.append(verdict_sheet(verdicts))
+    summary = {
+        "lines": [{"caution": c, **line._asdict()} for (c, _), line in lines.items()],
+        "verdicts": verdict_summary(verdicts),
+    }
+    return BenchReport(tuple(sheets), (*notes, *verdict_notes(verdicts)), summary, files)
+
+
+def summed(rows: Sequence[Row], name: str, kinematics: str) -> CrowdNavLine:
+    """Shares over all cases, means over the successes."""
+    ends = [row["outcome"] for row in rows]
+    won = [row for row in rows if row["outcome"] == "success"]
+    steps = sum(row["steps"] for row in won)
+    return CrowdNavLine(
+        name=name,
+        kinematics=kinematics,
+        success=ends.count("success") / len(ends),
+        collision=ends.count("collision") / len(ends),
+        time=float(np.mean([row["time"] for row in won])) if won else np.nan,
+        path=float(np.mean([row["path"] for row in won])) if won else np.nan,
+        danger=sum(row["danger"] for row in won) / steps if steps else np.nan,
+    )
+
+
+def _of(rows: Sequence[Row], caution: float, model: str) -> list[Row]:
+    return [row for row in rows if row["caution"] == caution and row["kinematics"] == model]
+
+
+def _others() -> list[CrowdNavLine]:
+    """References measured by CrowdNav's own code where the file exists, and the fixed ones."""
+    file = outside_file("crowdnav", RECORDED)
+    recorded = [] if file is None else json.loads(file.read_text(encoding="utf-8"))
+    names = {"linear": "straight ahead", "orca": "ORCA"}
+    found = [
+        CrowdNavLine(
+            names.get(each["policy"], each["policy"])
+            + (f", radius + {each['safety']:.2f} m" if each["safety"] else ""),
+            "holonomic",
+            each["success"],
+            each["collision"],
+            each["nav_time"],
+            each["path"],
+            each["danger_freq"],
+        )
+        for each in recorded
+        if not each["visible"] and each["rule"] == "circle_crossing" and each["humans"] == 5
+    ]
+    return [*found, *REFERENCES]
+
+
+def _cells(line: CrowdNavLine) -> tuple[str, ...]:
+    figures = (f"{each:.{digits}f}" if np.isfinite(each) else "" for each, digits in
+               zip(line[2:], (3, 3, 2, 2, 4), strict=True))  # fmt: skip
+    return (line.name, line.kinematics, *figures)
+
+
+def _speed(rows: Sequence[Row], model: str) -> str:
+    median = float(np.median([row["command_ms"] for row in rows]))
+    worst = float(np.max([row["command_p99_ms"] for row in rows]))
+    if not np.isfinite(median):
+        return f"{model}: no planner"
+    return f"{model}: a command takes {median:.1f} ms, p99 of the worst case {worst:.1f} ms"
+
+
+def _verdicts(lines: Sequence[CrowdNavLine]) -> Iterator[Verdict]:
+    for line in lines:
+        for name, bound in {**REQUIRED[line.kinematics], **REQUIRED_OF_BOTH}.items():
+            yield bounded(line.kinematics, name, float(getattr(line, name)), bound)
+
+
+def _picture(lines: Mapping[tuple[float, str], CrowdNavLine], file: Path) -> Path:
+    """Draw success over mean time, one point per caution."""
+    figure = Figure(figsize=(6.0, 4.0), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    for k, model in enumerate(dict.fromkeys(model for _, model in lines)):
+        own = [(c, line) for (c, m), line in lines.items() if m == model]
+        axes.plot([line.time for _, line in own], [line.success for _, line in own], "o-",
+                  label=model)  # fmt: skip
+        for c, line in own:
+            axes.annotate(f"{c:+.2f} m", (line.time, line.success), fontsize=7,
+                          textcoords="offset points", xytext=(4, 6 - 16 * k))  # fmt: skip
+    axes.set_xlabel("mean time of the successes, s")
+    axes.set_ylabel("success")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(file, dpi=110)
+    return file
+
 
 TITLE = "CrowdNav, invisible robot"
 REFERENCE_DRIVERS = ("straight", "orca")

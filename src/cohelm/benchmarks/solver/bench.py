@@ -8,24 +8,270 @@ parts, each of which can be run alone:
 ``optima``    random problems: IPOPT's solution is one of ours, see ``comparison``;
 ``commands``  along rides: the first command after three warm-started iterations;
 ``failures``  random, crowded and hopeless states, on which no solve may fail.
+
+Report of ``cohelm bench solver``: one table per part, verdicts, picture of time over people.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet, Task, known_name
+from cohelm.benchmarks.claims import (
+    MET,
+    MISSED,
+    Bound,
+    Verdict,
+    bounded,
+    verdict_notes,
+    verdict_sheet,
+    verdict_summary,
+)
 from cohelm.benchmarks.solver import correctness, speed
-from cohelm.benchmarks.solver.report import solver_report
+from cohelm.benchmarks.solver.correctness import NEAR
+from cohelm.benchmarks.solver.speed import IPOPT, PLAN, PLAN_2, PLAN_6, SOLVE, SOLVE_6
 from cohelm.benchmarks.solver.states import TICKS, planner_with
 from cohelm.control import SsMpcDcbf
 from cohelm.messages import Status
+from cohelm.plotting import canvas
+from cohelm.plotting.route_panels import STYLES
 from cohelm.testing.comparison import OptimumVerdict
+
+HORIZON = 25
+"""Horizon at which times are judged."""
+FASTER = {1: Bound(low=10.0), 20: Bound(low=30.0)}
+"""People → required ratio of IPOPT's time to that of a plan."""
+TIMES = {PLAN: (2.0, 5.0), SOLVE_6: (6.0, 15.0), PLAN_6: (6.0, 15.0)}
+"""Allowed (median, p99) among ``CROWD`` people on a quiet core, ms."""
+CROWD, LARGEST = 20, 50
+LINEAR, TOLERANCE = (1, 20), 0.1
+"""The times among so many people, from and to, define a line; the time among ``LARGEST`` may exceed
+it by this share."""
+NEAR_SHARE = Bound(low=0.95)
+"""Share of the states in which the first command has to be that of the optimum."""
+DRAWN = (IPOPT, PLAN_6, PLAN_2, SOLVE_6, PLAN, SOLVE)
+_COMPARED = (PLAN, PLAN_2, SOLVE)
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def solver_report(rows: Rows, folder: Path) -> BenchReport:
+    """Tables, verdicts and the picture."""
+    sheets: list[Sheet] = []
+    verdicts: list[Verdict] = []
+    for part, (sheet, judge) in _PARTS.items():
+        found = [row for row in rows if row["part"] == part and "remark" not in row]
+        if found:
+            sheets.append(sheet(found))
+            verdicts += judge(found)
+    remarks = dict.fromkeys(str(row["remark"]) for row in rows if "remark" in row)
+    speed = [row for row in rows if row["part"] == "speed"]
+    return BenchReport(
+        sheets=(*sheets, verdict_sheet(verdicts)),
+        notes=(*remarks, *verdict_notes(verdicts)),
+        summary={"verdicts": verdict_summary(verdicts)},
+        files=(draw_speed(speed, HORIZON, folder / "solver.png"),) if speed else (),
+    )
+
+
+def _speed_sheet(rows: Rows) -> Sheet:
+    return Sheet(
+        title="Thread CPU time; IPOPT ratio: IPOPT's median over this one",
+        columns=("N", "people", "", "solves", "median, ms", "p99", "max", "failed", "IPOPT ratio"),
+        rows=tuple(
+            (
+                str(row["horizon"]),
+                str(row["people"]),
+                row["what"],
+                str(row["solves"]),
+                *(f"{row[key]:.2f}" for key in ("median_ms", "p99_ms", "max_ms")),
+                str(row["failed"]),
+                f"{ratio:.0f}" if math.isfinite(ratio := _ratio(rows, row)) else "",
+            )
+            for row in rows
+        ),
+    )
+
+
+def _ratio(rows: Rows, row: Mapping[str, Any]) -> float:
+    """IPOPT's median over that of a plan or solve of the same problem."""
+    if row["what"] not in _COMPARED:
+        return math.nan
+    key = (row["people"], row["horizon"])
+    theirs = [r for r in rows if r["what"] == IPOPT and (r["people"], r["horizon"]) == key]
+    return theirs[0]["median_ms"] / row["median_ms"] if theirs else math.nan
+
+
+def _speed_verdicts(rows: Rows) -> Iterator[Verdict]:
+    here = [row for row in rows if row["horizon"] == HORIZON]
+    for row in here:
+        what, people, ratio = row["what"], row["people"], _ratio(rows, row)
+        subject = f"{what}, {people} people"
+        if what == PLAN and people in FASTER and math.isfinite(ratio):
+            yield bounded(subject, "IPOPT ratio", ratio, FASTER[people], f"{ratio:.0f}")
+        if what in TIMES and people == CROWD:
+            for name, limit in zip(("median", "p99"), TIMES[what], strict=True):
+                claim, bound = f"{name} on a quiet core, ms", Bound(high=limit)
+                yield bounded(subject, claim, row[f"{name}_ms"], bound, f"{row[f'{name}_ms']:.2f}")
+    plans = {row["people"]: row["median_ms"] for row in here if row["what"] == PLAN}
+    if {*LINEAR, LARGEST} <= plans.keys():
+        yield _linear(plans)
+    for row in rows:
+        if "agree" in row and row["agree"] + row["failed"] < row["solves"]:
+            subject = f"QP, N = {row['horizon']}, {row['people']} people"
+            yield Verdict(subject, "DAQP and PIQP agree", "no", "yes", MISSED)
+    failed = sum(row["failed"] for row in rows if row["what"] in {SOLVE, SOLVE_6, PLAN_2, PLAN_6})
+    yield bounded("solves and plans along rides", "failed", failed, Bound(high=0.0))
+
+
+def _linear(plans: Mapping[int, float]) -> Verdict:
+    """Check that time grows at most linearly: the line through fewer people's, extrapolated."""
+    known = [people for people in plans if LINEAR[0] <= people <= LINEAR[1]]
+    each, none = np.polyfit(known, [plans[people] for people in known], 1)
+    limit = (1.0 + TOLERANCE) * (none + each * LARGEST)
+    remark = (
+        f"{none:.2f} ms + {each:.3f} ms a person from {LINEAR[0]} to {LINEAR[1]} makes "
+        f"{none + each * LARGEST:.2f} ms; {TOLERANCE:.0%} more allowed"
+    )
+    found = plans[LARGEST]
+    result = MET if found <= limit else MISSED
+    subject, claim = f"{PLAN}, {LARGEST} people", "at most linear in people, ms"
+    return Verdict(subject, claim, f"{found:.2f}", f"≤ {limit:.2f}", result, remark)
+
+
+def _optima_sheet(rows: Rows) -> Sheet:
+    def total(key: str) -> str:
+        return str(sum(row[key] for row in rows))
+
+    lines = (
+        ("random problems, 0 to 20 people", total("problems")),
+        ("solved by IPOPT", total("solved")),
+        ("of those with the same walls for both, to 0.1 mm", total("exact")),
+        ("IPOPT's solution kept, cost within 0.1 %", total("stays")),
+        ("largest gain over it, share", f"{max(row['most_gained'] for row in rows):.1e}"),
+        (
+            "largest error of its cost in our evaluation, share",
+            f"{max(row['most_by_account'] for row in rows):.1e}",
+        ),
+        ("started along the reference: IPOPT's cost, to 1 %", total(OptimumVerdict.SAME)),
+        ("a lower one", total(OptimumVerdict.BETTER)),
+        ("another local optimum, where IPOPT stays too", total(OptimumVerdict.OTHER)),
+        ("a higher one, from where IPOPT ends lower", total(OptimumVerdict.HIGHER)),
+    )
+    return Sheet(title="Optima beside IPOPT's", columns=("", ""), rows=lines)
+
+
+def _optima_verdicts(rows: Rows) -> Iterator[Verdict]:
+    stays, exact = (sum(row[key] for row in rows) for key in ("stays", "exact"))
+    result = MET if stays == exact else MISSED
+    yield Verdict("optima", "IPOPT's solution kept", f"{stays} of {exact}", "all", result)
+
+
+def _commands_sheet(rows: Rows) -> Sheet:
+    lines = []
+    for people in sorted({row["people"] for row in rows}):
+        some = [row for row in rows if row["people"] == people]
+        count = Counter(row["verdict"] for row in some)
+        same = [row for row in some if row["verdict"] == OptimumVerdict.SAME]
+        lines.append(
+            (
+                str(people),
+                str(len(some)),
+                str(sum(row["near_converged"] for row in some)),
+                f"{sum(row['near_oracle'] for row in same)} of {len(same)}",
+                str(count[OptimumVerdict.BETTER]),
+                str(count[OptimumVerdict.OTHER]),
+                str(count[OptimumVerdict.UNSOLVED]),
+            )
+        )
+    return Sheet(
+        title="First command after three iterations, within "
+        f"{NEAR[0]:g} m/s and {NEAR[1]:g} rad/s; IPOPT from the same warm start",
+        columns=(
+            "people",
+            "states",
+            "of our own optimum",
+            "of IPOPT's, at equal cost",
+            "IPOPT's cost higher",
+            "IPOPT's cost lower",
+            "unsolved",
+        ),
+        rows=tuple(lines),
+    )
+
+
+def _commands_verdicts(rows: Rows) -> Iterator[Verdict]:
+    share = sum(row["near_converged"] for row in rows) / len(rows)
+    claim = "first command is that of the optimum, share"
+    yield bounded("commands", claim, share, NEAR_SHARE, f"{share:.3f}")
+
+
+def _failures_sheet(rows: Rows) -> Sheet:
+    kinds = list(dict.fromkeys(row["kind"] for row in rows))
+    keys = ("solves", "failed", "plans", "plans_failed", "ok", "relaxed", "stop")
+    return Sheet(
+        title="States on which no solve may fail",
+        columns=("", *(key.replace("_", " ") for key in keys)),
+        rows=tuple(
+            (kind, *(str(sum(row[key] for row in rows if row["kind"] == kind)) for key in keys))
+            for kind in kinds
+        ),
+    )
+
+
+def _failures_verdicts(rows: Rows) -> Iterator[Verdict]:
+    failed = sum(row["failed"] + row["plans_failed"] for row in rows)
+    solves = sum(row["solves"] + row["plans"] for row in rows)
+    found = f"{failed} in {solves} solves and plans"
+    yield bounded("failures", "failed", failed, Bound(high=0.0), found)
+
+
+_PARTS = {
+    "speed": (_speed_sheet, _speed_verdicts),
+    "optima": (_optima_sheet, _optima_verdicts),
+    "commands": (_commands_sheet, _commands_verdicts),
+    "failures": (_failures_sheet, _failures_verdicts),
+}
+
+
+def draw_speed(rows: Rows, horizon: int, file: Path) -> Path:
+    """Draw the median times over people on a logarithmic scale, p99 dotted.
+
+    Raises:
+        ConfigError: if the file cannot be written as a picture.
+    """
+    figure = Figure(figsize=(6.4, 3.8), dpi=110, layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots()
+    for what, (colour, _, _) in zip(DRAWN, STYLES, strict=False):
+        line = sorted(
+            (row["people"], row["median_ms"], row["p99_ms"])
+            for row in rows
+            if (row["what"], row["horizon"]) == (what, horizon)
+        )
+        if line:
+            people, median, p99 = zip(*line, strict=True)
+            axes.plot(people, median, color=colour, marker="o", markersize=3, label=what)
+            axes.plot(people, p99, color=colour, linestyle=":", linewidth=1)
+    axes.set_yscale("log")
+    axes.set(xlabel="people", ylabel="thread CPU time, ms")
+    axes.set_title(f"N = {horizon}, walls included: median, and p99 dotted", fontsize=9)
+    axes.grid(color=canvas.UNKNOWN, linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(fontsize=8)
+    canvas.save(figure, file)
+    return file
+
 
 TITLE = "The local planner's solver compared with CasADi + IPOPT"
 PARTS = ("speed", "optima", "commands", "failures")

@@ -4,7 +4,6 @@
 the inputs of ``arc_inputs``. ``candidates`` tells on which sides a trajectory passes.
 """
 
-from cohelm.control.sampling.candidates import CandidateTrajectories
-from cohelm.control.sampling.sampler import Sampling, evaluate, sample
+from cohelm.control.sampling.sampler import CandidateTrajectories, Sampling, evaluate, sample
 
 __all__ = ["CandidateTrajectories", "Sampling", "evaluate", "sample"]

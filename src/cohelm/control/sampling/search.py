@@ -1,4 +1,13 @@
-"""Search over arcs: a table, then perturbations of the cheapest ones and of the last plan."""
+"""Search over arcs: a table, then perturbations of the cheapest ones and of the last plan.
+
+One arc rolled out through the scene, with its cost in seconds.
+
+Costs add up and none is negative, so an arc is abandoned as soon as it costs more than the best one
+by more than a window; a perturbation also if it costs more than its base. The result does not
+depend on the order of the arcs.
+
+Inputs of an arc: the one that it requests at a step, and its limits; inlined into rollouts.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +18,231 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.control.objective_tables import Objective, Workspace
-from cohelm.control.sampling.arc_table import NO_PERTURBATION
-from cohelm.control.sampling.rollout import roll_out
-from cohelm.control.scene import Scene
-from cohelm.kernels import KERNEL
+from cohelm.control.objective import advanced, begin, final_cost, step_cost
+from cohelm.control.objective_tables import PROGRESS, Objective, Workspace
+from cohelm.control.path import SPACING
+from cohelm.control.sampling.arc_table import END_1, END_2, NO_PERTURBATION, RETURN, SPEED_3
+from cohelm.control.scene import RobotTable, Scene
+from cohelm.control.terms.stage import Stage
+from cohelm.kernels import INNER, KERNEL
+
+_LOOKAHEAD = round(1.0 / SPACING)
+"""Lookahead of the return to the path: 1 m, in samples."""
+_GAIN = 2.5
+"""Turn rate per heading error in the return to the path, 1/s."""
+_FULL = 2.0 * math.pi
+
+
+@njit(**INNER)
+def request_input(
+    scene: Scene,
+    base: Floats,
+    arc: Floats,
+    k: int,
+    state: tuple[float, float, float, float, float],
+    i_path: int,
+    requested: Floats,
+) -> None:
+    """Fill ``requested`` (m,) with the input that the arc requests at step k.
+
+    state: (x, y, heading, arc length on the path, direction of the path at its start).
+    i_path: nearest sample of the path.
+    """
+    path, robot = scene.path, scene.robot
+    samples, max_speed = path.samples, path.max_speed
+    holonomic = robot.n_linear > 1
+    x, y, angle, s, first_tangent = state
+    base_steps, elapsed = base.shape[0], k / scene.steps
+    if elapsed >= arc[RETURN] or (base_steps > 0 and k >= base_steps):
+        # back to the path, towards a point ahead on it
+        i_ahead = min(i_path + _LOOKAHEAD, samples.shape[0] - 1)
+        dx, dy = samples[i_ahead, 0] - x, samples[i_ahead, 1] - y
+        speed = min(max(arc[SPEED_3], 0.0), 1.0) if base_steps == 0 else 1.0
+        speed = min(speed * max_speed, max(path.reference[scene.steps] - s, 0.0) / scene.step)
+        if holonomic:
+            direction = math.atan2(dy, dx) - angle
+            requested[0], requested[1] = speed * math.cos(direction), speed * math.sin(direction)
+        else:
+            error = math.atan2(dy, dx) - angle
+            error -= _FULL * round(error / _FULL)
+            requested[0] = speed * max(math.cos(error), 0.0)
+            requested[1] = _GAIN * error
+        turns = holonomic
+    else:
+        # one of three segments, absolute or added to the base
+        segment = 0 if elapsed < arc[END_1] else (2 if elapsed < arc[END_2] else 4)
+        speed, turn = arc[segment], arc[segment + 1]
+        turns = holonomic and base_steps == 0
+        if base_steps > 0:
+            # the turn share goes to input 1: ω of a unicycle, v_y of a holonomic robot
+            for i in range(requested.shape[0]):
+                requested[i] = base[k, i]
+            requested[0] += speed * max_speed
+            requested[1] += turn * robot.high[1]
+        elif holonomic:
+            requested[0] = speed * max_speed * math.cos(first_tangent + turn * math.pi - angle)
+            requested[1] = speed * max_speed * math.sin(first_tangent + turn * math.pi - angle)
+        else:
+            requested[0] = speed * (max_speed if speed > 0.0 else -robot.low[0])
+            requested[1] = turn * robot.high[1]
+    if turns:  # a holonomic robot turns to the path's heading meanwhile
+        error = math.atan2(path.heading[i_path, 1], path.heading[i_path, 0]) - angle
+        requested[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
+
+
+@njit(**INNER)
+def limit_input(robot: RobotTable, max_speed: float, step: float, k: int, inputs: Floats) -> None:
+    """Reduce the input at step k to the limits of speed, acceleration and jerk.
+
+    The first change must fit into the time until the next decision. Apart from the jerk it is a
+    copy of ``robots.kinematics.within_limits`` for one step.
+    """
+    u, m = inputs[k], inputs.shape[1]
+    joint = robot.n_linear if robot.n_linear > 1 else 0  # inputs that change in proportion
+    # each input within its bounds, then the speed
+    square = 0.0
+    for i in range(m):
+        upper = min(robot.high[i], max_speed) if i == 0 else robot.high[i]
+        u[i] = min(max(u[i], robot.low[i]), upper)
+        square += u[i] * u[i] if i < joint else 0.0
+    top_speed = min(robot.top_speed, max_speed)
+    shrink = min(1.0, top_speed / math.sqrt(square)) if square > 0.0 else 1.0
+    # the share of a joint change that keeps every component within its acceleration
+    share = 1.0
+    for i in range(joint):
+        u[i] *= shrink
+        change = u[i] - (inputs[k - 1, i] if k > 0 else robot.current_input[i])
+        lower, upper = _change_limits(robot, step, k, i, inputs)
+        most = upper if change > 0.0 else -lower
+        if abs(change) > most:
+            share = min(share, most / abs(change))
+    for i in range(m):
+        before = inputs[k - 1, i] if k > 0 else robot.current_input[i]
+        change = u[i] - before
+        if i < joint:
+            change *= share
+        else:
+            lower, upper = _change_limits(robot, step, k, i, inputs)
+            change = min(max(change, lower), upper)
+        u[i] = before + change
+        if i >= joint:  # the jerk is exceeded rather than a limit of speed
+            highest = min(robot.high[i], max_speed) if i == 0 else robot.high[i]
+            u[i] = min(max(u[i], min(robot.low[i], before)), max(highest, before))
+
+
+@njit(**INNER)
+def _change_limits(
+    robot: RobotTable, step: float, k: int, i: int, inputs: Floats
+) -> tuple[float, float]:
+    """(lowest, highest) change of input i at step k.
+
+    With a limit of jerk the acceleration changes by at most j·Δt, and braking fades in time before
+    the robot stands: a² ≤ 2 j |v|. It does not fade before the highest speed.
+    """
+    fall, rise = -robot.fall[i], robot.rise[i]
+    if k == 0:
+        fall, rise = -robot.first_fall[i], robot.first_rise[i]
+    if i > 0 or robot.jerk == math.inf:
+        return fall, rise
+    duration = robot.tick if k == 0 else step
+    before, earlier = robot.current_input[0], robot.acceleration
+    if k > 0:
+        before = inputs[k - 1, 0]
+        since = robot.current_input[0] if k == 1 else inputs[k - 2, 0]
+        earlier = (before - since) / (robot.tick if k == 1 else step)
+    change = robot.jerk * duration
+    stopping = math.sqrt(2.0 * robot.jerk * abs(before)) + change
+    lower, upper = earlier - change, earlier + change
+    if before > 0.0:
+        lower = max(lower, -stopping)
+    else:
+        upper = min(upper, stopping)
+    return max(fall, min(lower * duration, rise)), min(rise, max(upper * duration, fall))
+
+
+_BLOCKED = 1e4
+"""Cost of a wall that cannot be avoided any more: above all others."""
+
+
+class RolloutResult(NamedTuple):
+    """Result of an arc."""
+
+    cost: float
+    """s; +inf: abandoned."""
+    stopped: int
+    """Step at which a wall is touched; L if none is."""
+
+
+@njit(**KERNEL)
+def roll_out(
+    scene: Scene,
+    o: Objective,
+    base: Floats,
+    arc: Floats,
+    limit: float,
+    inputs: Floats,
+    poses: Floats,
+    work: Workspace,
+) -> RolloutResult:
+    """Roll out one arc; abandoned with cost +inf if it costs more than ``limit``.
+
+    Args:
+        scene: surroundings of the robot.
+        o: the objective.
+        base: (K, m) inputs; after them the arc leads back to the path. K = 0: only ``arc`` counts.
+        arc: (9,) row of the arc table; added to ``base`` if there is one.
+        limit: cost above which the arc is abandoned, s.
+        inputs: (L, m), filled as far as the arc was rolled out.
+        poses: (L+1, 3), filled as well.
+        work: workspace; afterwards it holds the cost of each term.
+    """
+    steps, path, robot = scene.steps, scene.path, scene.robot
+    stage, cost = begin(scene, o, work), 0.0
+    goal = path.reference[steps]
+    poses[0, 0], poses[0, 1], poses[0, 2] = stage.x, stage.y, stage.heading
+    tangent = math.atan2(path.samples[0, 3], path.samples[0, 2])
+    for k in range(steps):
+        heading = stage.heading
+        state = (stage.x, stage.y, heading, stage.s, tangent)
+        request_input(scene, base, arc, k, state, stage.i_path, inputs[k])
+        limit_input(robot, path.max_speed, scene.step, k, inputs)
+        stage = advanced(scene, stage, inputs[k])
+        poses[k + 1, 0], poses[k + 1, 1], poses[k + 1, 2] = stage.x, stage.y, stage.heading
+        before = inputs[k - 1] if k > 0 else robot.current_input
+        more, touches = step_cost(scene, o, stage, inputs[k], before, heading, work)
+        cost += more
+        if touches:
+            cost += _cost_of_stop(scene, o, stage, poses, work)
+            return RolloutResult(cost, k)
+        # lower bound of the whole cost: the robot is never faster than the reference's maximum
+        lost = max(goal - stage.s - (steps - k - 1) * scene.step * path.max_speed, 0.0)
+        if cost + (o.progress.final + o.progress.mean * (steps - k - 1)) * lost > limit:
+            return RolloutResult(np.inf, steps)
+    cost += final_cost(scene, o, stage, work)
+    return RolloutResult(cost if cost <= limit else np.inf, steps)
+
+
+@njit(**INNER)
+def _cost_of_stop(
+    scene: Scene, o: Objective, stage: Stage, poses: Floats, work: Workspace
+) -> float:
+    """Further cost of an arc that touches a wall at a stage; its further poses stay there.
+
+    The robot would stop before the wall: the time from there on is lost.
+    """
+    path, steps, k, cost = scene.path, scene.steps, stage.k, 0.0
+    braking_steps = stage.speed / scene.robot.fall[0]
+    if k <= braking_steps + 2.0:
+        cost += _BLOCKED * (2.0 - k / steps)
+    s_stop = stage.s - 0.5 * stage.speed * scene.step * braking_steps
+    for j in range(k + 1, steps + 1):
+        cost += o.progress.mean * max(path.reference[j] - s_stop, 0.0)
+        poses[j, 0], poses[j, 1], poses[j, 2] = stage.x, stage.y, stage.heading
+    lag = math.hypot(max(path.reference[steps] - s_stop, 0.0), stage.d)
+    cost += o.progress.final * lag + 0.5 * o.heading.weight
+    work.by_term[PROGRESS] += cost
+    return cost
+
 
 _APART = 0.2
 """Arcs are different if their ends are this far apart, or half as far after a third, m."""

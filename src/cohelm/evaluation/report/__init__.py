@@ -2,7 +2,6 @@
 
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.report.store import read_rides
-from cohelm.evaluation.report.tables import PaperTable
-from cohelm.evaluation.report.write import BenchReport, Sheet, write_results
+from cohelm.evaluation.report.write import BenchReport, PaperTable, Sheet, write_results
 
 __all__ = ["BenchReport", "PaperTable", "Rides", "Sheet", "read_rides", "write_results"]

@@ -2,6 +2,8 @@
 
 The decision comes first: an answer is sent before the log and the recorder get the tick, and
 garbage is collected while the control loop does not wait.
+
+Persistent contradictions between map and building as places that a page can show.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ import numpy as np
 
 from cohelm.arrays import Integers, identical
 from cohelm.health import NO_CHANGES, MapChanges
+from cohelm.health.map_changes import centres_of, connected_cells
 from cohelm.live.control.ipc import (
     ProcessReady,
     ProcessSetup,
@@ -25,7 +28,6 @@ from cohelm.live.control.ipc import (
     StepAnswer,
     StepRequest,
 )
-from cohelm.live.control.map_differences import map_differences
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.surroundings import free_distances
@@ -52,6 +54,40 @@ from cohelm.reasons import Reason
 from cohelm.safety import stop
 from cohelm.scenarios import RideSetup
 from cohelm.simulation import World
+
+MAX_DIFFERENCES = 40
+"""Maximum number of places, the largest ones."""
+MAX_CELLS = 60
+"""Maximum number of cells of one place that are sent."""
+
+
+def map_differences(rows: Integers) -> tuple[MapDifference, ...]:
+    """Return the places of persistent contradictions; cells that touch are one place.
+
+    Args:
+        rows: ``MapChanges.persistent_rows``.
+    """
+    found = [
+        _difference(cells, new=new)
+        for new in (False, True)
+        for cells in connected_cells(rows[rows[:, 2] == int(new), :2])
+    ]
+    found.sort(key=lambda each: (-len(each.cells), each.kind, each.x, each.y))
+    return tuple(found[:MAX_DIFFERENCES])
+
+
+def _difference(cells: Integers, *, new: bool) -> MapDifference:
+    centres = centres_of(cells)
+    # The cell nearest to the mean, which may itself lie beside an L-shaped place.
+    middle = centres[np.argmin(np.hypot(*(centres - centres.mean(axis=0)).T))]
+    rows = centres[:MAX_CELLS].round(3).tolist()
+    return MapDifference(
+        kind="new" if new else "gone",
+        x=round(float(middle[0]), 3),
+        y=round(float(middle[1]), 3),
+        cells=tuple((x, y) for x, y in rows),
+    )
+
 
 _WARM_UP_STEPS = 12
 """Steps of each warm-up case."""

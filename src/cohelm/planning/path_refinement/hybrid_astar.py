@@ -4,6 +4,13 @@ The robot drives arcs and straight lines of 0.1 m, and, if that is allowed, turn
 drives backwards. The cost field over the plane guides the search. From every few poses it tries a
 Dubins path (arc, straight line, arc) to the goal in each gear, so that it ends exactly there; a
 goal without a heading is reached by arc and line. Poses are in the grid's frame.
+
+Legs of a path over (x, y, heading), and the poses along them.
+
+A leg is a row: the pose at its start, its curvature and its length, negative backwards; for a turn
+on the spot the curvature is infinite and the length is the turn.
+
+Arcs and straight lines: poses along them, and those that lead to a pose (Dubins, 1957).
 """
 
 from __future__ import annotations
@@ -26,10 +33,131 @@ from cohelm.planning.path_refinement.configuration_space import (
     motion_is_free,
     weight_at,
 )
-from cohelm.planning.path_refinement.dubins import drive_arc, dubins_words
 from cohelm.planning.path_refinement.footprint import turn_overlaps
-from cohelm.planning.path_refinement.pose_legs import STEP, joined_legs, sampled_poses
 from cohelm.planning.path_refinement.pose_nodes import PoseNodes, add_node, empty_nodes, slot_of
+
+
+@njit(**CACHED)
+def drive_arc(pose: Floats, kappa: float, length: float, out: Floats) -> None:
+    """Write the pose after an arc of curvature ``kappa`` (1/m) and a length (m) into ``out``."""
+    turn = kappa * length
+    half = 0.5 * turn
+    chord = length * (math.sin(half) / half if abs(half) > 1e-9 else 1.0)
+    out[0] = pose[0] + chord * math.cos(pose[2] + half)
+    out[1] = pose[1] + chord * math.sin(pose[2] + half)
+    out[2] = pose[2] + turn
+
+
+@njit(**CACHED)
+def dubins_words(pose: Floats, goal: Floats, radius: float) -> Floats:
+    """Words (w, 3, 2) of (curvature, length): arc, line, arc to a pose; arc, line to a point.
+
+    With centres of turning circles c, side σ = 1 left and −1 right, and headings φ of the line of
+    length L: c₂ − c₁ = e^{iφ} L on the same side, e^{iφ} (L − 2iσ₁r) across; to a point,
+    p − c₁ = e^{iφ} (L − iσ₁r). A goal whose heading is NaN is a point.
+    """
+    to_point = math.isnan(goal[2])
+    out = np.full((4, 3, 2), np.inf)
+    for w in range(2 if to_point else 4):
+        # Sides of the first and the last circle: LL, RR, LR, RL.
+        first = 1.0 if w % 2 == 0 else -1.0
+        second = first if w < 2 else -first
+        dx = goal[0] - (pose[0] - first * radius * math.sin(pose[2]))
+        dy = goal[1] - (pose[1] + first * radius * math.cos(pose[2]))
+        aside = first * radius
+        if not to_point:
+            dx -= second * radius * math.sin(goal[2])
+            dy += second * radius * math.cos(goal[2])
+            aside = 0.0 if w < 2 else 2.0 * first * radius
+        square = dx * dx + dy * dy - aside * aside
+        if square < 0.0:
+            continue
+        line = math.sqrt(square)
+        phi = math.atan2(dy, dx) + math.atan2(aside, line)
+        out[w, 0] = first / radius, radius * _full(first * (phi - pose[2]))
+        out[w, 1] = 0.0, line
+        out[w, 2] = second / radius, 0.0
+        if not to_point:
+            out[w, 2, 1] = radius * _full(second * (goal[2] - phi))
+    return out
+
+
+@njit(**CACHED)
+def _full(angle: float) -> float:
+    """``angle`` in [0, 2π); a full turn except for rounding becomes 0."""
+    turn = angle % (2.0 * math.pi)
+    return turn if turn < 2.0 * math.pi - 1e-7 else 0.0
+
+
+STEP = 0.1
+"""Length of a motion of the search, and distance between poses of a path, m."""
+
+
+@njit(**CACHED)
+def joined_legs(nodes: PoseNodes, last: int, word: Floats) -> Floats:
+    """Legs (k, 5) from the seed to ``last`` and along the word."""
+    pose, parent, bend = nodes.pose, nodes.parent, nodes.bend
+    back = [last]
+    while parent[back[-1]] >= 0:
+        back.append(parent[back[-1]])
+    n = len(back) - 1
+    out = np.empty((n + 4, 5))
+    for i in range(n):
+        u, v = back[n - i], back[n - i - 1]
+        copy_row(out[i], pose[u])
+        out[i, 3], out[i, 4] = bend[v], nodes.length[v]
+    copy_row(out[n], pose[last])
+    for k in range(3):
+        out[n + k, 3], out[n + k, 4] = word[k, 0], word[k, 1]
+        drive_arc(out[n + k, :3], word[k, 0], word[k, 1], out[n + k + 1, :3])
+    out[n + 3, 3] = out[n + 3, 4] = 0.0
+    return out
+
+
+@njit(**CACHED)
+def sampled_poses(legs: Floats) -> tuple[Floats, Integers, Integers]:
+    """(poses (m, 3) along legs, indices of turns on the spot, and of changes of gear).
+
+    Poses are evenly spaced between these places.
+    """
+    n = legs.shape[0]
+    poses = [legs[0, :3].copy()]
+    pivots, cusps = [0], [0]
+    pivots.pop()
+    cusps.pop()
+    first, gear = 0, 0.0
+    while first < n:
+        if legs[first, 3] == np.inf:
+            if len(pivots) == 0 or pivots[-1] != len(poses) - 1:
+                pivots.append(len(poses) - 1)
+            first += 1
+            continue
+        # A stretch in one gear.
+        stop, length = first, 0.0
+        while stop < n and legs[stop, 3] != np.inf and legs[stop, 4] * length >= 0.0:
+            length += legs[stop, 4]
+            stop += 1
+        if length * gear < 0.0:
+            cusps.append(len(poses) - 1)
+        if length != 0.0:
+            gear = length
+        count = math.ceil(abs(length) / STEP - 1e-6)
+        leg, before = first, 0.0
+        for k in range(1, count + 1):
+            at = abs(length) * k / count
+            while leg < stop - 1 and before + abs(legs[leg, 4]) < at:
+                before += abs(legs[leg, 4])
+                leg += 1
+            part = math.copysign(min(at - before, abs(legs[leg, 4])), length)
+            fresh = np.empty(3)
+            drive_arc(legs[leg, :3], legs[leg, 3], part, fresh)
+            poses.append(fresh)
+        first = stop
+    out = np.empty((len(poses), 3))
+    for i in range(len(poses)):
+        copy_row(out[i], poses[i])
+    return out, np.array(pivots, dtype=np.int64), np.array(cusps, dtype=np.int64)
+
 
 _GENTLE = 0.97  # share of the largest curvature that is used: chords bend more than their arcs
 _ARCS, _TURNS, _MOTIONS = 7, 9, 16

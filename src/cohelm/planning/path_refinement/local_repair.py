@@ -4,6 +4,8 @@ The line is tested with the footprint. Where the footprint overlaps an obstacle,
 more than the robot can, the stretch is replaced by one found over (x, y, heading): first by a
 curve, in larger and larger windows, then with turns on the spot. The new stretch is pulled straight
 without an overlap. If that fails too, the line is stuck at that point.
+
+String pulling: straighten a line that the footprint can follow, as far as it still can.
 """
 
 from __future__ import annotations
@@ -14,18 +16,21 @@ from dataclasses import field
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.geometry import wrap_angle
+from cohelm.kernels import CACHED
 from cohelm.maps.distance import sample
 from cohelm.planning.path_refinement.configuration_space import (
     ConfigurationSpace,
+    centre_is_free,
     infeasible_points,
 )
-from cohelm.planning.path_refinement.footprint import directions
+from cohelm.planning.path_refinement.footprint import directions, overlaps_along
 from cohelm.planning.path_refinement.hybrid_astar import HybridPath, SearchLimits
 from cohelm.planning.path_refinement.loops import has_loop
-from cohelm.planning.path_refinement.string_pulling import pull_string
+from cohelm.planning.path_refinement.smoothing import curvature_of
 from cohelm.planning.path_refinement.waypoint_chaining import (
     PLACE,
     PoseBudget,
@@ -33,6 +38,55 @@ from cohelm.planning.path_refinement.waypoint_chaining import (
     chain_waypoints,
     nearest_index,
 )
+
+_ITERATIONS = 15
+
+
+@njit(**CACHED)
+def pull_string(
+    space: ConfigurationSpace,
+    line: Floats,
+    fixed: Booleans,
+    pivot: Booleans,
+    first: int,
+    last: int,
+) -> None:
+    """Move points first … last in place to their neighbours' midpoint where the footprint fits.
+
+    Args:
+        space: the configuration space.
+        line: (n, 2), changed in place, m.
+        fixed: (n,), points that must not move.
+        pivot: (n,), points where the robot turns on the spot.
+        first, last: inner points.
+    """
+    limit = space.curvature
+    for round_ in range(_ITERATIONS):
+        moved = 0.0
+        for k in range(first, last + 1):
+            i = k if round_ % 2 == 0 else first + last - k
+            if fixed[i]:
+                continue
+            ox, oy = line[i, 0], line[i, 1]
+            x = 0.5 * (line[i - 1, 0] + line[i + 1, 0])
+            y = 0.5 * (line[i - 1, 1] + line[i + 1, 1])
+            step = math.hypot(x - ox, y - oy)
+            if step < 1e-4 or not centre_is_free(space, x, y):
+                continue
+            # Keep the move only if curvature and footprint allow it nearby.
+            line[i, 0], line[i, 1] = x, y
+            low, high = max(i - 2, 0), min(i + 3, line.shape[0])
+            bends = curvature_of(line[low:high])
+            good = True
+            for j in range(1, bends.shape[0] - 1):
+                if bends[j] > limit and not pivot[low + j]:
+                    good = False
+            if good and not overlaps_along(space.footprint, line[low:high]).any():
+                moved = max(moved, step)
+            else:
+                line[i, 0], line[i, 1] = ox, oy
+        if moved < 1e-3:
+            break
 
 
 class _Attempt(NamedTuple):

@@ -1,19 +1,28 @@
-"""Chair of the twin in its world: MuJoCo moves it, and people and walls touch it."""
+"""Chair of the twin in its world: MuJoCo moves it, and people and walls touch it.
+
+Sensors of the twin: rays of MuJoCo from the moving body.
+
+Model of a world in MuJoCo: chair, building and people, with what is needed to move them.
+"""
 
 from __future__ import annotations
 
 import copy
 import math
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import wrap_angle
-from cohelm.messages import Inertial
-from cohelm.platforms.twin.contacts import ContactLog, contact_forces
-from cohelm.platforms.twin.model import TwinModel, build_model
+from cohelm.maps import OccupancyGrid
+from cohelm.messages import Inertial, PointCloud, Scan
+from cohelm.platforms.twin.building import CEILING, PEOPLE, SEEN, add_building
+from cohelm.platforms.twin.chair import add_chair
+from cohelm.platforms.twin.contacts import ContactLog, ContactTable, contact_forces, contact_table
 from cohelm.platforms.twin.motors import (
     BRAKE_TORQUE,
     chassis_of,
@@ -21,14 +30,197 @@ from cohelm.platforms.twin.motors import (
     motors_at_rest,
     twist_of_wheels,
 )
-from cohelm.platforms.twin.people import places_of, walk_on
-from cohelm.platforms.twin.sensors import BodyCasting
+from cohelm.platforms.twin.people import (
+    JOINTS,
+    PersonGeoms,
+    add_people,
+    person_table,
+    places_of,
+    soften,
+    walk_on,
+)
+from cohelm.robots import CloudMount, LaserMount
 from cohelm.simulation import Contacts, Crowd, CrowdStep, WorldSetup, is_standing
 from cohelm.simulation.drivetrain import DriveCommand
 from cohelm.simulation.sensing import Casting
 from cohelm.simulation.sensors.human_bodies import HumanBodies
+from cohelm.simulation.sensors.laser import beam_angles, measured_scan
+from cohelm.simulation.sensors.point_cloud import measured_cloud, rays_of, rotation_of
 from cohelm.simulation.sensors.static_scene import StaticScene
 from cohelm.simulation.simulated_chair import Grip
+
+_WIDTH, _HEIGHT = 1280, 720
+"""Largest picture, pixels."""
+
+
+@dataclass(frozen=True, slots=True)
+class TwinModel:
+    """Model and state of MuJoCo, and where its parts are."""
+
+    model: Any
+    data: Any
+    people: int
+    persons: PersonGeoms
+    contacts: ContactTable
+    drive_dofs: Integers
+    """(2,) degrees of freedom of the left and the right drive wheel."""
+    rolling: Floats
+    """(2,) dry friction of the drive wheels, N m."""
+    masses: Floats
+    """(n,) kg."""
+    chair_size: tuple[int, int]
+    """Coordinates and degrees of freedom of the chair, which come first."""
+
+    def people_state(self) -> tuple[Floats, Floats, Floats]:
+        """Coordinates, velocities and applied forces of people, views of (n, 6)."""
+        nq, nv = self.chair_size
+        shape = (self.people, len(JOINTS))
+        data = self.data
+        return (
+            data.qpos[nq:].reshape(shape),
+            data.qvel[nv:].reshape(shape),
+            data.qfrc_applied[nv:].reshape(shape),
+        )
+
+    def take_chair(self, old: TwinModel) -> None:
+        """Copy the chair's state and that of people who were there from an older model."""
+        nv = self.chair_size[1]
+        old_q, old_v = old.data.qpos, old.data.qvel
+        count = min(len(old_q), len(self.data.qpos))
+        self.data.qpos[:count] = old_q[:count]
+        self.data.qvel[: min(len(old_v), len(self.data.qvel))] = old_v[: len(self.data.qvel)]
+        self.data.qacc_warmstart[:nv] = old.data.qacc_warmstart[:nv]
+
+
+def build_model(
+    mujoco: Any, setup: WorldSetup, grid: OccupancyGrid, bodies: HumanBodies
+) -> TwinModel:
+    """Build the model of a world; the chair lies at the origin, people at their joints' zeros.
+
+    Args:
+        mujoco: the module.
+        setup: world.
+        grid: true obstacles now.
+        bodies: all people.
+    """
+    spec = mujoco.MjSpec()
+    _set_solver(spec, mujoco)
+    add_chair(spec, mujoco, setup.robot)
+    add_people(spec, mujoco, bodies)
+    add_building(spec, mujoco, setup, grid)
+    model = spec.compile()
+    n = len(bodies.height)
+    persons = person_table(model, n)
+    soften(model, persons, model.body("chair").id)
+    wheels = [int(model.joint(f"drive_{side}").dofadr[0]) for side in ("left", "right")]
+    trunks = [model.body(f"person_{i}_trunk").id for i in range(n)]
+    return TwinModel(
+        model=model,
+        data=mujoco.MjData(model),
+        people=n,
+        persons=persons,
+        contacts=contact_table(model, persons),
+        drive_dofs=np.array(wheels),
+        rolling=model.dof_frictionloss[wheels].copy(),
+        masses=model.body_subtreemass[trunks].copy(),
+        chair_size=(model.nq - n * len(JOINTS), model.nv - n * len(JOINTS)),
+    )
+
+
+def _set_solver(spec: Any, mujoco: Any) -> None:
+    """Elliptic friction cones with stiff friction: tyres creep less on slopes."""
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = 10.0
+    visual = spec.visual.global_
+    visual.offwidth, visual.offheight = _WIDTH, _HEIGHT
+    spec.visual.headlight.ambient = [0.45, 0.45, 0.45]
+    spec.visual.headlight.diffuse = [0.45, 0.45, 0.45]
+    spec.visual.headlight.specular = [0.05, 0.05, 0.05]
+    spec.visual.map.znear = 0.005
+    spec.stat.extent = 20.0
+
+
+HIDDEN = 5
+"""Group of bodies that nothing sees."""
+_SEEN = np.array([group in {SEEN, PEOPLE, CEILING} for group in range(6)], dtype=np.uint8)
+
+
+class BodyCasting:
+    """Rays from the chair's body as it stands: with its roll and pitch, at its own height.
+
+    A planar scanner that looks down with the body meets the floor; glass and the chair itself are
+    seen by no sensor.
+
+    Args:
+        mujoco: the module.
+        model: with all bodies.
+        data: their state now.
+        table: geometries of people.
+        visible: (n,) mask of people who can be seen.
+        height: of planar scanners over the floor, m.
+    """
+
+    def __init__(  # the four values of MuJoCo belong together
+        self,
+        mujoco: Any,
+        model: Any,
+        data: Any,
+        table: PersonGeoms,
+        visible: Booleans,
+        height: float,
+    ) -> None:
+        self._mujoco, self._model, self._data = mujoco, model, data
+        self._table, self._visible, self._height = table, visible, height
+
+    def scan(self, mount: LaserMount, *, time: float, rng: np.random.Generator) -> Scan:
+        """See :meth:`cohelm.simulation.sensing.Casting.scan`."""
+        x, y, yaw = mount.pose
+        angles = beam_angles(mount) + yaw
+        rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))])
+        ranges = self._cast(np.array([x, y, self._height]), rays, mount.range_max)
+        return measured_scan(mount, ranges, time=time, rng=rng)
+
+    def cloud(self, mount: CloudMount, *, time: float, rng: np.random.Generator) -> PointCloud:
+        """See :meth:`cohelm.simulation.sensing.Casting.cloud`."""
+        x, y, z, roll, pitch, yaw = mount.pose
+        rays = rays_of(mount)[0] @ rotation_of(roll, pitch, yaw).T
+        distance = self._cast(np.array([x, y, z]), rays, mount.range_max)
+        return measured_cloud(mount, distance, time=time, rng=rng)
+
+    def _cast(self, origin: Floats, rays: Floats, reach: float) -> Floats:
+        """Distance (b,) along rays (b, 3) from an origin (3,), chair's frame, m; +inf: none."""
+        chair = self._data.body("chair")
+        R_MR = chair.xmat.reshape(3, 3)
+        count = len(rays)
+        distance, geoms = np.empty(count), np.empty(count, dtype=np.int32)
+        with self._unseen():
+            self._mujoco.mj_multiRay(
+                self._model,
+                self._data,
+                chair.xpos + R_MR @ origin,
+                (rays @ R_MR.T).ravel(),
+                _SEEN,
+                True,
+                -1,
+                geoms,
+                distance,
+                None,
+                count,
+                reach,
+            )
+        return np.where((distance < 0.0) | (distance > reach), math.inf, distance)
+
+    @contextmanager
+    def _unseen(self) -> Iterator[None]:
+        """Hide people who are not visible."""
+        hidden = self._table.hidden(self._visible)
+        self._model.geom_group[hidden] = HIDDEN
+        try:
+            yield
+        finally:
+            self._model.geom_group[hidden] = PEOPLE
+
 
 TIME_STEP = 0.002
 """Upper bound of MuJoCo's step, s."""

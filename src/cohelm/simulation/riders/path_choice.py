@@ -4,6 +4,11 @@ Paths beside the desired one are simulated at several speeds with the rider's ow
 the whole footprint, against visible obstacles and walking people; the one with the most progress is
 chosen. This is a dynamic window (Fox, Burgard and Thrun 1997) over paths instead of twists: a
 rollout can be an S, as through a gap beside the route.
+
+Rollouts of the rider's steering law along candidate paths.
+
+Each rollout follows the steering law for some seconds. The bounding box of the chair is checked
+against obstacles in sight, and against people who walk on at constant velocity.
 """
 
 from __future__ import annotations
@@ -17,15 +22,227 @@ from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, transform
 from cohelm.kernels import CACHED
 from cohelm.simulation.api import RiderView
-from cohelm.simulation.riders.rollouts import (
-    COMFORT_GAPS,
-    GEARS,
-    SPACING,
-    STEPS,
-    TURNED,
-    bearing,
-    best_rollout,
+
+SPACING = 0.1
+"""Spacing of the desired path, m."""
+STEPS = 24
+"""Steps of a rollout."""
+GEARS = np.array(
+    [
+        # speed share, lookahead share, time step (s), turns first
+        [1.0, 1.0, 0.18, 0.0],
+        [0.5, 0.7, 0.25, 0.0],
+        [0.25, 0.5, 0.30, 0.0],
+        [0.25, 0.5, 0.30, 1.0],
+    ]
 )
+"""Gears of a rollout: shares of the forward deflection and of the lookahead, time step, and 1 where
+the chair first turns towards the path on the spot."""
+TURNED = 0.2
+"""Bearing below which the chair drives on in the last gear, rad."""
+
+_REACTION = 0.4
+"""Reaction time before braking, s."""
+_RISES, _FALLS, _TURNS = 0.8, 1.0, 2.5
+"""Assumed acceleration and deceleration, m/s², and angular acceleration, rad/s²."""
+_MIN_GAPS = (0.03, 0.10)
+"""Minimum gaps to an obstacle and to a person, m."""
+COMFORT_GAPS = (0.2, 0.45)
+"""Gaps below which discomfort costs, m …"""
+_DISCOMFORT = (2.0, 1.5)
+"""… at most this, if the chair drives at full speed all the time, m of progress."""
+_HORIZON = 3.0
+"""Time for which people are assumed to walk on, s."""
+_BLOCKED = 1.0
+"""Cost of an immediate contact, m of progress; less for a later one."""
+_OFFSET_COST = 0.3
+"""Cost of a metre of distance from the desired path, m of progress."""
+_SWITCH_COST = 0.2
+"""Cost of a metre of distance from the current offset, m of progress."""
+_GOOD = 0.3
+"""Cost below which slower gears are not tried, m."""
+_MIN_PROGRESS = 0.05
+"""Minimum progress of a usable rollout, m."""
+_END_TOLERANCE = 0.15
+"""Distance from its end at which a path is complete, m."""
+_END_ZONE = 0.5
+"""Distance from the end of the path within which offsets fade and progress is the distance to the
+end, m."""
+
+
+@njit(**CACHED)
+def bearing(path: Floats, pose: Floats, at: int, offset: float, lookahead: float) -> float:
+    """Bearing of the point to steer for, rad to the left.
+
+    Args:
+        path: (m, 4) as (x, y, and the unit vector to its left), ``SPACING`` apart, m.
+        pose: of the chair, (3,).
+        at: index of the path point at the chair.
+        offset: to the left of the path, m.
+        lookahead: along the path, m.
+    """
+    k = min(at + round(lookahead / SPACING), len(path) - 1)
+    offset *= min((len(path) - 1 - k) * SPACING / _END_ZONE, 1.0)
+    dx = path[k, 0] + offset * path[k, 2] - pose[0]
+    dy = path[k, 1] + offset * path[k, 3] - pose[1]
+    return float((math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
+
+
+@njit(**CACHED)
+def _gap(box: Floats, x: float, y: float) -> float:
+    """Distance from a box (x, y low, x, y high) to a point; negative inside."""
+    ex, ey = max(box[0] - x, x - box[2]), max(box[1] - y, y - box[3])
+    if ex > 0.0 and ey > 0.0:
+        return math.sqrt(ex * ex + ey * ey)
+    return float(max(ex, ey))
+
+
+@njit(**CACHED)
+def _gaps(
+    points: Floats, people: Floats, box: Floats, pose: Floats, time: float
+) -> tuple[float, float]:
+    """Gaps to the nearest obstacle and person, m; at most ``COMFORT_GAPS``."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    obstacle, person = COMFORT_GAPS
+    for i in range(len(points)):
+        dx, dy = points[i, 0] - pose[0], points[i, 1] - pose[1]
+        ahead = c * dx + s * dy
+        if box[0] - obstacle < ahead < box[2] + obstacle:
+            obstacle = min(obstacle, _gap(box, ahead, c * dy - s * dx))
+    if time <= _HORIZON:
+        for i in range(len(people)):
+            dx = people[i, 0] + time * people[i, 2] - pose[0]
+            dy = people[i, 1] + time * people[i, 3] - pose[1]
+            person = min(person, _gap(box, c * dx + s * dy, c * dy - s * dx) - people[i, 4])
+    return obstacle, person
+
+
+@njit(**CACHED)
+def _next_index(path: Floats, pose: Floats, at: int) -> int:
+    """Index of the path point at the chair, which was ``at`` before."""
+    while at < len(path) - 1:
+        dx, dy = path[at + 1, 0] - path[at, 0], path[at + 1, 1] - path[at, 1]
+        along = (pose[0] - path[at, 0]) * dx + (pose[1] - path[at, 1]) * dy
+        if along < 0.5 * (dx * dx + dy * dy):
+            break
+        at += 1
+    return at
+
+
+@njit(**CACHED)
+def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
+    """Progress along the path, and distance from it, of a chair at its point ``at``, m."""
+    end = len(path) - 1
+    if (end - at) * SPACING < _END_ZONE:
+        left = math.hypot(path[end, 0] - pose[0], path[end, 1] - pose[1])
+        return end * SPACING - left, 0.0
+    dx, dy = pose[0] - path[at, 0], pose[1] - path[at, 1]
+    return at * SPACING + dx * path[at, 3] - dy * path[at, 2], abs(
+        dx * path[at, 2] + dy * path[at, 3]
+    )
+
+
+@njit(**CACHED)
+def _rollout(
+    path: Floats,
+    points: Floats,
+    people: Floats,
+    twist: Floats,
+    box: Floats,
+    law: Floats,
+    full: Floats,
+    offset: float,
+    gear: Floats,
+    min_gaps: tuple[float, float],
+) -> tuple[float, float, float, float]:
+    """Simulate one rollout.
+
+    Returns (progress, m; time of contact, s, +∞: none; discomfort, m; distance from the path, m).
+    """
+    share, lookahead, dt, turns = gear
+    top, pose = law[0] * full[0], np.zeros(3)
+    v, w, at, time, discomfort = twist[0], twist[2], 0, 0.0, 0.0
+    before, distance = _progress(path, pose, 0)
+    progress = before
+    for k in range(STEPS):
+        angle = bearing(path, pose, at, offset, lookahead * law[2])
+        if progress > (len(path) - 1) * SPACING - _END_TOLERANCE:
+            # The sooner the end is reached the better.
+            discomfort += top * (time - STEPS * GEARS[0, 2])
+            break
+        forward = share * top * max(math.cos(angle), 0.0)
+        if turns > 0.0 and abs(angle) > TURNED:
+            forward = 0.0
+        # Speed and turn rate follow the deflection with limited accelerations.
+        turn = min(max(law[1] * angle, -1.0), 1.0) * full[1]
+        v += min(max(forward - v, -_FALLS * dt), _RISES * dt)
+        w += min(max(turn - w, -_TURNS * dt), _TURNS * dt)
+        half = pose[2] + 0.5 * w * dt
+        pose[0] += v * dt * math.cos(half)
+        pose[1] += v * dt * math.sin(half)
+        pose[2] += w * dt
+        time = (k + 1) * dt
+        # Contact ends the rollout; small gaps cost in proportion to the speed.
+        obstacle, person = _gaps(points, people, box, pose, time)
+        if obstacle < min_gaps[0] or person < min_gaps[1]:
+            return progress - before, time, discomfort / (k + 1), distance
+        pace = min(abs(v) / top, 1.0) / STEPS
+        discomfort += pace * _DISCOMFORT[0] * (1.0 - obstacle / COMFORT_GAPS[0]) ** 2
+        discomfort += pace * _DISCOMFORT[1] * (1.0 - person / COMFORT_GAPS[1]) ** 2
+        at = _next_index(path, pose, at)
+        progress, distance = _progress(path, pose, at)
+    return progress - before, np.inf, discomfort, distance
+
+
+@njit(**CACHED)
+def best_rollout(
+    path: Floats,
+    points: Floats,
+    people: Floats,
+    twist: Floats,
+    box: Floats,
+    law: Floats,
+    full: Floats,
+    offsets: Floats,
+    current: float,
+) -> tuple[int, float]:
+    """Evaluate all offsets in all gears, and return (gear, offset) of the best rollout.
+
+    Args:
+        path: the desired one, (m, 4); see ``bearing``.
+        points: obstacles, (n, 2), m.
+        people: (p, 5) as (x, y, v_x, v_y, radius), m and m/s.
+        twist: of the chair, (3,).
+        box: bounds of its outline, (x, y low, x, y high), m.
+        law: forward deflection, lateral deflection per radian, and lookahead, m.
+        full: speed and turn rate at full deflection, (m/s, rad/s).
+        offsets: to the left of the path, (b,), m.
+        current: the offset driven now, m.
+
+    Returns:
+        −1 for the gear if no rollout is usable. A chair that is already nearer than the minimum
+        gaps may drive away.
+    """
+    obstacle, person = _gaps(points, people, box, np.zeros(3), 0.0)
+    min_gaps = (min(_MIN_GAPS[0], obstacle - 0.005), min(_MIN_GAPS[1], person - 0.01))
+    best, chosen, highest, cost = -1, 0.0, -np.inf, np.inf
+    for k in range(len(GEARS)):
+        needed = _REACTION + GEARS[k, 0] * law[0] * full[0] / _FALLS
+        for offset in offsets:
+            progress, contact, discomfort, distance = _rollout(
+                path, points, people, twist, box, law, full, offset, GEARS[k], min_gaps
+            )
+            if contact < needed or progress < _MIN_PROGRESS:
+                continue
+            loss = discomfort + _OFFSET_COST * distance + _SWITCH_COST * abs(offset - current)
+            if contact < np.inf:
+                loss += _BLOCKED * (1.0 - contact / (STEPS * GEARS[k, 2])) + _GOOD
+            if progress - loss > highest:
+                best, chosen, highest, cost = k, offset, progress - loss, loss
+        if cost <= _GOOD:
+            break
+    return best, chosen
+
 
 _MAX_POINTS = 50
 """Number of points of the desired path that are considered."""
