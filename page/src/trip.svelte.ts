@@ -7,7 +7,7 @@ import { link, PRICE_WITHIN } from "./link";
 import { selection } from "./mapSelection.svelte";
 import type { Notice, RouteUpdate, RouteWish, SetGoal, TripPlans, TripRoute } from "./messages";
 import { mapView } from "./map/mapView.svelte";
-import { drawn, zoneOf } from "./map/strokes";
+import { distance, drawn, zoneOf } from "./map/strokes";
 import type { Point } from "./map/view";
 import { passed } from "./passed.svelte";
 import { remember } from "./places";
@@ -42,6 +42,8 @@ const AGAIN = [2_000, 6_000, 15_000] as const;
 const UNANSWERED = new Set(["no_answer", "link_lost", "preview_failed", "too_many_requests"]);
 /** A place counts as visited within this, m (assumed): a chair's length. */
 const VISITED = 1;
+/** Points nearer than this are the same, m. */
+const SAME = 0.05;
 /** What begins anew, for another person: nothing of before is of their trip. */
 const ANEW = new Set(["rider_chosen", "simulation_restarted"]);
 
@@ -56,6 +58,8 @@ export class Trip {
   #failed = 0;
   #again = Infinity;
   #notice: Notice | null = null;
+  /** The point by which the chosen alternative leads: it is no wish of the rider. */
+  #via: Point | null = null;
 
   constructor() {
     selection.drawing = (line, avoided) => void this.stroke(line, avoided);
@@ -117,7 +121,7 @@ export class Trip {
     const { goal } = chair;
     if (this.draft || !goal) return Promise.resolve(this.show());
     selection.cancel();
-    return this.#look(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, [...activeWishes(), ...more]);
+    return this.#look(goal.name ? { place: goal.name } : { point: [goal.x, goal.y] }, goal.name, [...activeWishes(this.#via), ...more]);
   }
 
   /** True if the unanswered question is asked again without the rider. */
@@ -183,6 +187,7 @@ export class Trip {
     if (!draft || draft.outdated) return;
     const wishes = draft.wishes.map((each) => each.wish);
     if (route?.via) wishes.push({ kind: "attract", points: [route.via], radius: 0, visit: false });
+    this.#via = route?.via ?? null;
     await this.#go(draft.to, draft.name, wishes, this.#choice(draft));
   }
 
@@ -196,7 +201,10 @@ export class Trip {
     const { state, plans } = chair;
     if (!draft || !state) return;
     // The alternatives, to the first route that has come before them.
-    if (plans && plans.id === draft.plans?.id && !draft.plans.complete && plans.complete) this.draft = { ...draft, plans };
+    if (plans && plans.id === draft.plans?.id && !draft.plans.complete && plans.complete) {
+      const { length } = this.route ?? {};
+      this.draft = { ...draft, plans, chosen: Math.max(0, plans.routes?.findIndex((each) => each.length === length) ?? 0) };
+    }
     if (!plannable()) {
       // The routes that were not planned for lack of a planner are, once there is one.
       this.#waits ||= draft.unanswered && this.#failed <= AGAIN.length;
@@ -273,9 +281,12 @@ function plannable(): boolean {
   return state !== null && state.reason?.code !== "starting" && state.can_plan !== false;
 }
 
-/** Wishes that hold already: a changed trip keeps them until they are removed, or are behind the chair. */
-function activeWishes(): readonly Wished[] {
-  const holding = chair.route.wishes.filter((wish) => !passed.has(wish));
+/** Wishes that hold already: a changed trip keeps them until they are removed, or are behind the chair.
+ * via: of the alternative under way, which is one of the routes to choose from. */
+function activeWishes(via: Point | null): readonly Wished[] {
+  const ofAlternative = ({ kind, points: [at] }: RouteWish): boolean =>
+    kind === "attract" && via !== null && at !== undefined && distance(at, via) < SAME;
+  const holding = chair.route.wishes.filter((wish) => !passed.has(wish) && !ofAlternative(wish));
   return holding.map(({ kind, points, radius, visit }) => named({ kind, points, radius, visit }, chair.scene?.places ?? []));
 }
 

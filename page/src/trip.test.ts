@@ -11,7 +11,7 @@ const FIGURES = { length: 9, clearance: 0.8, encounters: 1, turns: 0, doors: 0 }
 const ROUTE = { points: [[0, 0], [9, 0]] as [number, number][], length: 9, duration: 13, differences: [], via: null, figures: FIGURES };
 const PLANS: TripPlans = {
   type: "trip_plans", id: 1, error: "", extra_length: 0, closest: [0.2, 2.4], through: [3], learned: false, complete: true,
-  routes: [ROUTE, { ...ROUTE, length: 12, via: [4, 3] }],
+  routes: [ROUTE, { ...ROUTE, length: 12, via: [6, 2] }],
 };
 
 type Wish = RouteUpdate["wishes"][number];
@@ -59,7 +59,13 @@ describe("a trip", () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     trip.pick(1);
     await trip.start();
-    expect(goals()).toMatchObject([{ wishes: [{ kind: "attract", points: [[4, 3]] }] }]);
+    expect(goals()).toMatchObject([{ wishes: [{ kind: "attract", points: [[6, 2]] }] }]);
+    // Its point is no wish that a change would keep beside the next alternative's.
+    state({ goal: { x: 9, y: 0, name: "Ward 4" } });
+    chair.route = { ...chair.route, wishes: [{ ...wish("attract"), points: [[6, 2]] }, wish("avoid")] };
+    await trip.change();
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
+    chair.route = { ...chair.route, wishes: [] };
   });
 
   it("keeps no wish of the trip before for another destination", async () => {

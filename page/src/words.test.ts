@@ -85,7 +85,7 @@ describe("what the driver has to do", () => {
   it("is to choose where to go, else it says where we go", () => {
     expect(readiness(state, true).text).toBe("Steer, or choose a destination.");
     const goal = { name: "Ward 4", x: 0, y: 0 };
-    expect(readiness({ ...state, goal }, true).text).toBe("On the way to Ward 4.");
+    expect(readiness({ ...state, goal }, true).text).toBe("Destination: Ward 4.");
     expect(readiness({ ...state, goal }, true, { trouble: "no way" }).text).toBe("No route to Ward 4. Choose another destination.");
   });
 });

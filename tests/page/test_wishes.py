@@ -56,7 +56,7 @@ def test_while_a_change_is_planned_the_trip_under_way_can_be_cancelled(rider, ch
         rider.show("Go to")
         rider.press("Choose another destination")
         rider.press("Cafeteria")
-        rider.sees("Until you change it, the trip to Ward 4 goes on.")
+        rider.sees("Until you change it, the trip to Ward 4 stays.")
         expect(rider.button("Change to this trip")).to_have_attribute("aria-disabled", "true")
         rider.press("Cancel trip")
         rider.until(lambda state: state["goal"] is None)

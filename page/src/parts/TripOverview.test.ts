@@ -3,7 +3,9 @@ import { tick } from "svelte";
 import { afterEach, beforeEach, describe, expect, it, vi } from "vitest";
 import { chair } from "../chair.svelte";
 import { link } from "../link";
-import type { ChairState, TripPlans } from "../messages";
+import { inputs } from "../input/live";
+import { reach } from "../input/reach";
+import type { ChairState, TripPlans, Welcome } from "../messages";
 import { trip } from "../trip.svelte";
 import StartButton from "./StartButton.svelte";
 import TripOverview from "./TripOverview.svelte";
@@ -49,6 +51,24 @@ describe("the overview of a trip", () => {
     await trip.choose({ place: "Ward 4" }, "Ward 4");
     render(TripOverview, { pointing: nothing, leave: nothing });
     expect(screen.getByRole("status").textContent).toContain("3 routes");
+  });
+
+  it("offers its wishes to one switch, too", async () => {
+    vi.spyOn(link, "ask").mockResolvedValue(PLANS);
+    const places = [{ name: "Laboratory", x: 4, y: 3, area: [], names: {} }];
+    chair.heard({ type: "welcome", scene: { places } } as unknown as Welcome);
+    chair.heard({ type: "state", pose: [0, 0, 0], driver: null, link: "no_driver", goal: null } as unknown as ChairState);
+    inputs.scanner.change({ count: 1 });
+    await trip.choose({ place: "Ward 4" }, "Ward 4");
+    render(TripOverview, { pointing: nothing, leave: nothing });
+    await fireEvent.click(button("Go via, avoid, draw…"));
+    const opened = document.getElementById("trip-wish")!;
+    const groups = reach(document).filter(({ elements }) => opened.contains(elements[0] ?? null));
+    expect(groups).toHaveLength(2); // a group of one place is that place
+    await fireEvent.click(screen.getAllByRole("button", { name: "Laboratory" })[1]!);
+    expect(trip.draft!.wishes.map((each) => each.wish.kind)).toEqual(["avoid"]);
+    inputs.scanner.change({ count: 0 });
+    chair.heard({ type: "welcome", scene: null } as unknown as Welcome);
   });
 
   it("promises no turn while a fault holds the chair", async () => {
