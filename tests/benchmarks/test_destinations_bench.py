@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.benchmarks import destinations
-from cohelm.benchmarks.destination_rides import draw_goal, drive, places_floor
-from cohelm.benchmarks.destinations import Beliefs, score
+from cohelm.benchmarks.destinations import Beliefs, draw_goal, drive, places_floor, score
 from cohelm.errors import ConfigError
 
 

@@ -7,14 +7,14 @@ from hypothesis import given, settings
 
 from cohelm.geometry import compose, inverse, wrap_angle
 from cohelm.messages import Scan
-from cohelm.perception.laser_odometry.local_map import feature_map, has_neighbour
-from cohelm.perception.laser_odometry.scan_features import ScanFeatures, features_of_scan
-from cohelm.perception.laser_odometry.scan_matching import (
+from cohelm.perception.laser_odometry.ego_motion import (
     CAP,
     evaluate_pose,
     match_scan,
     search_pose,
 )
+from cohelm.perception.laser_odometry.local_map import feature_map, has_neighbour
+from cohelm.perception.laser_odometry.scan_features import ScanFeatures, features_of_scan
 
 from .driven import corridor, furnished
 

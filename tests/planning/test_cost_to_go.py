@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.planning import cost_to_go
-from cohelm.planning.cost_to_go import UNREACHABLE
+from cohelm.planning.cost_fields import UNREACHABLE
 from cohelm.testing.scenes import room
 
 POINTS = np.array([[2.03, 4.03], [10.03, 4.03]])

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
 from rich.table import Table
 
 from cohelm import plugins as parts
 from cohelm.cli.report import OUTPUT, print_line
+from cohelm.config import read_yaml
 from cohelm.errors import ScenarioError
 from cohelm.recordings.outside_data import outside_data
-
-if TYPE_CHECKING:
-    from cohelm.scenarios.scenario import Scenario
+from cohelm.scenarios.collection import Collection
 
 
 class DataSet(NamedTuple):
@@ -78,35 +77,46 @@ DATA_SETS = (
 
 def scenarios(plot: Path | None = None) -> int:
     """List the scenarios under their headings, and draw each if a folder is given."""
-    from cohelm.scenarios.collection import Collection
-    from cohelm.scenarios.crowd import pedestrian_count
-    from cohelm.scenarios.scenario import load_scenario, scenario_names
-
-    found = [load_scenario(name) for name in scenario_names()]
+    files = resources.files("cohelm.scenarios") / "library"
+    found = sorted(file.name for file in files.iterdir() if file.name.endswith(".yaml"))
+    # The files alone: to validate them takes the robots, which take seconds.
+    told = {name.removesuffix(".yaml"): read_yaml(Path(str(files / name))) for name in found}
     table = _table("scenario", "floor", "people", "description")
     for collection in Collection:
-        members = [each for each in found if each.collection is collection]
+        members = {k: each for k, each in told.items() if each.get("collection") == collection}
         if not members:
             continue
         table.add_section()
         table.add_row("", "", "", f"[bold]{collection.heading}[/]")
-        for each in members:
-            floor = each.floor or Path(each.map or "").stem
-            table.add_row(each.name, floor, str(pedestrian_count(each.people)), each.description)
+        for name, each in members.items():
+            floor = each.get("floor") or Path(each.get("map", "")).stem
+            people = str(count_people(each.get("people", {})))
+            table.add_row(name, floor, people, each["description"])
     OUTPUT.print(table)
     if plot is not None:
-        _draw(found, plot)
+        _draw(list(told), plot)
     return 0
 
 
-def _draw(found: Sequence[Scenario], folder: Path) -> None:
+def count_people(people: Mapping[str, Any]) -> int:
+    """Count the pedestrians of a scenario's file, as ``scenarios.crowd.pedestrian_count`` does."""
+    if people.get("count") is not None:
+        return int(people["count"])
+    groups = sum(group.get("size", 2) for group in people.get("groups", ()))
+    flows = sum(flow.get("count", 6) for flow in people.get("flows", ()))
+    return int(len(people.get("pedestrians", ())) + groups + flows)
+
+
+def _draw(names: Sequence[str], folder: Path) -> None:
     from cohelm.scenarios.build import build_scenario
     from cohelm.scenarios.picture import draw_scenario
+    from cohelm.scenarios.scenario import load_scenario
 
     drawn = 0
-    for each in found:
+    for name in names:
+        scenario = load_scenario(name)
         try:
-            draw_scenario(build_scenario(each, each.seed), folder / f"{each.name}.png")
+            draw_scenario(build_scenario(scenario, scenario.seed), folder / f"{name}.png")
         except ScenarioError as cause:  # it needs a file of the user
             print_line(f"not drawn: {cause}")
         else:
@@ -116,6 +126,8 @@ def _draw(found: Sequence[Scenario], folder: Path) -> None:
 
 def robots() -> int:
     """List the wheelchairs with size, speed and sensors."""
+    import numpy as np
+
     from cohelm.robots import load_robot, robot_names
 
     table = _table("robot", "size, m", "maximum speed, m/s", "sensors")

@@ -15,7 +15,6 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from cohelm.cli.map_changes import change_notes
 from cohelm.cli.progress import RideProgress
 from cohelm.cli.report import (
     ERRORS,
@@ -238,6 +237,8 @@ def _contacts(ride: Ride) -> list[str]:
 
 def _map_notes(ride: Ride) -> list[str]:
     """Sentences on persistent contradictions between map and sweeps."""
+    from cohelm.cli.map_changes import change_notes
+
     health = ride.ticks[-1].memory.health if ride.ticks else None
     return [] if health is None else change_notes(health.changes)
 

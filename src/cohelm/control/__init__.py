@@ -14,18 +14,6 @@ The entrance is ``ss_mpc_dcbf``, the default planner. One plan is made in these 
 for comparison.
 """
 
-from cohelm.control.api import LocalPlanner, LocalProblem, Trajectory
-from cohelm.control.baselines import PathFollower, without_people
-from cohelm.control.optimal_control import OptimalControl, Solution
-from cohelm.control.ss_mpc_dcbf import SsMpcDcbf
+import lazy_loader
 
-__all__ = [
-    "LocalPlanner",
-    "LocalProblem",
-    "OptimalControl",
-    "PathFollower",
-    "Solution",
-    "SsMpcDcbf",
-    "Trajectory",
-    "without_people",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

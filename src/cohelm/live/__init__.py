@@ -28,7 +28,6 @@ Threads share values through queues, under a lock, or by replacing an attribute 
 processes get and return the values of ``control/ipc.py`` through a pipe.
 """
 
-from cohelm.live.control.limits import PACES, LimitsLoosened
-from cohelm.live.drive import Drive, DriveHealth, DriveSetup
+import lazy_loader
 
-__all__ = ["PACES", "Drive", "DriveHealth", "DriveSetup", "LimitsLoosened"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -35,45 +35,6 @@ Traceback (most recent call last):
 cohelm.errors.GoalBlocked: the goal (8.00, 6.70) has 0.23 m of clearance, the robot needs 0.30 m
 """
 
-from cohelm.planning.alternatives.alternatives import (
-    Alternative,
-    AlternativeCriteria,
-    find_alternatives,
-)
-from cohelm.planning.alternatives.features import FeatureParameters, RouteFeatures, route_features
-from cohelm.planning.api import GlobalPlanner, RouteProblem
-from cohelm.planning.cost_to_go import CostToGo, cost_to_go
-from cohelm.planning.costmap.costmap import Costmap, build_costmap, combine
-from cohelm.planning.costmap.layers.inflation import Inflation
-from cohelm.planning.planners.astar import AStar
-from cohelm.planning.planners.iterative_astar import IterativeAStar
-from cohelm.planning.planners.soft_via import SoftVia
-from cohelm.planning.planners.upf import SoftPreferenceField, UserPreferenceField
-from cohelm.planning.problem import costmap_for
-from cohelm.planning.reference import ComfortLimits, ReferenceSettings, make_reference
+import lazy_loader
 
-__all__ = [
-    "AStar",
-    "Alternative",
-    "AlternativeCriteria",
-    "ComfortLimits",
-    "CostToGo",
-    "Costmap",
-    "FeatureParameters",
-    "GlobalPlanner",
-    "Inflation",
-    "IterativeAStar",
-    "ReferenceSettings",
-    "RouteFeatures",
-    "RouteProblem",
-    "SoftPreferenceField",
-    "SoftVia",
-    "UserPreferenceField",
-    "build_costmap",
-    "combine",
-    "cost_to_go",
-    "costmap_for",
-    "find_alternatives",
-    "make_reference",
-    "route_features",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,37 +1,5 @@
 """Robots: motion models, footprint, limits and sensor mounts."""
 
-from cohelm.robots.kinematics import (
-    Holonomic,
-    InputBounds,
-    Kinematics,
-    TurnFirst,
-    Unicycle,
-    move,
-)
-from cohelm.robots.robot import (
-    BlindSector,
-    CloudMount,
-    DepthCameraMount,
-    LaserMount,
-    LidarMount,
-    Robot,
-    load_robot,
-    robot_names,
-)
+import lazy_loader
 
-__all__ = [
-    "BlindSector",
-    "CloudMount",
-    "DepthCameraMount",
-    "Holonomic",
-    "InputBounds",
-    "Kinematics",
-    "LaserMount",
-    "LidarMount",
-    "Robot",
-    "TurnFirst",
-    "Unicycle",
-    "load_robot",
-    "move",
-    "robot_names",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,14 +1,5 @@
 """Scenario files, and everything that a ride needs built from one."""
 
-from cohelm.scenarios.build import RideSetup, build_scenario
-from cohelm.scenarios.crowd import make_crowd
-from cohelm.scenarios.scenario import Scenario, load_scenario, scenario_names
+import lazy_loader
 
-__all__ = [
-    "RideSetup",
-    "Scenario",
-    "build_scenario",
-    "load_scenario",
-    "make_crowd",
-    "scenario_names",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

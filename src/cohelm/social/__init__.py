@@ -1,6 +1,5 @@
 """Social space: shape and parameters of the space of each person and group."""
 
-from cohelm.social.api import SocialModel
-from cohelm.social.personal_space import PersonalSpace, group_spaces
+import lazy_loader
 
-__all__ = ["PersonalSpace", "SocialModel", "group_spaces"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -5,8 +5,8 @@ import pytest
 
 from cohelm.control.baselines import Teb
 from cohelm.control.baselines import teb as module
+from cohelm.control.baselines.teb import _BAND, _assembled, _solved
 from cohelm.control.baselines.teb_band import _FEWEST, band_along_reference, resized, shifted_band
-from cohelm.control.baselines.teb_solver import _BAND, _assembled, _solved
 from cohelm.maps import distance_field
 from cohelm.messages import Reason, Status
 from cohelm.robots import load_robot

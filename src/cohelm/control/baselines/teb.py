@@ -3,6 +3,11 @@
 A band of poses from the robot to the local goal minimises time and keeps away from obstacles: one
 sparse least-squares problem. The planner optimises bands on either side of a person, and drives the
 cheapest.
+
+Optimisation of a timed elastic band: Levenberg steps on a banded system, compiled.
+
+A band is an array (n, 4): poses x, y, θ, and in the last column the time to the next one. A term
+touches at most three neighbouring rows, so the normal equations have half a bandwidth of 11.
 """
 
 from __future__ import annotations
@@ -12,11 +17,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
+from cohelm.control.baselines.polyline import nearest_on_polyline
 from cohelm.control.baselines.teb_band import (
     Band,
     BandLimits,
@@ -24,18 +31,336 @@ from cohelm.control.baselines.teb_band import (
     BandWeights,
     band_along_reference,
     band_around_person,
+    resized,
     shifted_band,
     twists,
 )
-from cohelm.control.baselines.teb_solver import optimise
 from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
+from cohelm.kernels import CACHED
+from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
+from cohelm.robots.capsule import nearest_on_spine_in_map
 from cohelm.robots.contact import first_contact
 from cohelm.robots.contact_kernel import ContactMargins
 from cohelm.robots.wall_contact import wall_grid
+
+_BAND = 12
+"""Entries of a matrix row on and left of its diagonal."""
+_EDGE = 14
+"""Residuals of the terms between neighbours."""
+_NEXT_X, _NEXT_Y = 4, 5
+"""Variables of an interval that are its end."""
+_TINY, _MIN_TIME = 1e-6, 0.02
+_FAR = 4.0
+"""People farther from a pose than this are ignored, m."""
+_MIN_GAIN = 1e-3
+"""An iteration that gains less than this share of the cost is the last."""
+
+
+@njit(**CACHED)
+def optimise(band: Floats, weights: BandWeights, problem: BandProblem) -> tuple[Floats, float]:
+    """(the band at the nearest local optimum, its cost); the first pose of ``band`` (n, 4) stays.
+
+    Before each outer round the band is resized; after it obstacles weigh ``growth`` times as much.
+    """
+    obstacles = weights.obstacles
+    cost, damping = np.inf, 1.0
+    for _ in range(weights.outer):
+        band = resized(band, weights.interval, weights.tolerance)
+        n = band.shape[0]
+        trial, cost = band.copy(), np.inf
+        matrix, right = np.zeros((4 * n, _BAND)), np.zeros(4 * n)
+        new_matrix, new_right = np.zeros((4 * n, _BAND)), np.zeros(4 * n)
+        for i in range(weights.inner + 1):
+            if i > 0:
+                _move(band, _solved(matrix, right, damping), trial)
+            new = _assembled(trial, new_matrix, new_right, weights, obstacles, problem)
+            # a step that does not lower the cost is repeated with more damping
+            if new >= cost:
+                damping *= 5.0
+                continue
+            gain = cost - new
+            band, trial = trial, band
+            matrix, new_matrix, right, new_right = new_matrix, matrix, new_right, right
+            cost = new
+            if i > 0:
+                damping = max(0.3 * damping, 1e-4)
+            if gain < _MIN_GAIN * cost:
+                break
+        obstacles *= weights.growth
+    return band, cost
+
+
+@njit(**CACHED)
+def _move(band: Floats, step: Floats, out: Floats) -> None:
+    """``band`` minus a step (4n,), into ``out``."""
+    for k in range(band.shape[0]):
+        for i in range(4):
+            out[k, i] = band[k, i] - step[4 * k + i]
+        out[k, 3] = max(out[k, 3], _MIN_TIME)
+
+
+@njit(**CACHED)
+def _assembled(
+    band: Floats,
+    matrix: Floats,
+    right: Floats,
+    weights: BandWeights,
+    obstacles: float,
+    problem: BandProblem,
+) -> float:
+    """½ of the sum of squared residuals; JᵀJ and Jᵀr in place.
+
+    obstacles: present weight of obstacles. Every large kernel has one call site, because each one
+    would be compiled again.
+    """
+    n, people, walls = band.shape[0], problem.people, problem.walls
+    matrix.fill(0.0)
+    right.fill(0.0)
+    cost = _smoothness(band, matrix, right, weights, problem)
+    slope, time, bodies = np.zeros(_BAND), 0.0, people.shape[0]
+    for k in range(1, n):
+        time += band[k - 1, 3]
+        cos, sin = math.cos(band[k, 2]), math.sin(band[k, 2])
+        share = min(time / problem.person_step, people.shape[1] - 1.0)
+        m = min(int(share), people.shape[1] - 2)
+        share -= m
+        for j in range(bodies + problem.discs.shape[0]):
+            # the gap to a person or from a disc to a wall, and its slope
+            if j < bodies:
+                x = people[j, m, 0] + share * (people[j, m + 1, 0] - people[j, m, 0])
+                y = people[j, m, 1] + share * (people[j, m + 1, 1] - people[j, m, 1])
+                if math.hypot(x - band[k, 0], y - band[k, 1]) > _FAR:
+                    continue
+                d, nx, ny, ax, ay, _ = nearest_on_spine_in_map(problem.capsule, band[k], x, y)
+                slope[0], slope[1], slope[2] = -nx, -ny, -(nx * ax + ny * ay)
+                gap, needed = d - problem.capsule[4] - problem.radius[j], problem.people_gap
+            else:
+                disc = problem.discs[j - bodies]
+                ax, ay = cos * disc[0] - sin * disc[1], sin * disc[0] + cos * disc[1]
+                x, y = band[k, 0] + ax, band[k, 1] + ay
+                d, gx, gy = sample(walls.distance, walls.resolution, walls.X_MG, x, y)
+                slope[0], slope[1], slope[2] = gx, gy, -gx * ay + gy * ax
+                gap, needed = d - disc[2], problem.wall_gap
+            # both terms have the slope of the gap: together one row
+            hard, soft = max(needed - gap, 0.0), max(needed + problem.inflation - gap, 0.0)
+            if soft > 0.0:
+                weight = weights.inflated + (obstacles if hard > 0.0 else 0.0)
+                cost += 0.5 * (obstacles * hard * hard + weights.inflated * soft * soft)
+                root = math.sqrt(weight)
+                for i in range(3):
+                    slope[i] *= -root
+                pull = (obstacles * hard + weights.inflated * soft) / root
+                _add(matrix, right, 4 * k, slope, 3, pull)
+    return cost
+
+
+@njit(**CACHED)
+def _smoothness(
+    band: Floats, matrix: Floats, right: Floats, weights: BandWeights, problem: BandProblem
+) -> float:
+    """Terms between neighbours, with slopes by forward differences."""
+    n, cost = band.shape[0], 0.0
+    residual, moved = np.zeros(_EDGE), np.zeros(_EDGE)
+    slopes, place = np.zeros((_EDGE, _BAND)), np.zeros((3, 4))
+    for k in range(n - 1):
+        size = 4 * min(3, n - k)
+        for v in range(size):
+            place[v // 4, v % 4] = band[k + v // 4, v % 4]
+        start = nearest_on_polyline(problem.path, place[1, 0], place[1, 1])
+        for v in range(-1, size):
+            if v >= 0:
+                place[v // 4, v % 4] += _TINY
+            if v in (_NEXT_X, _NEXT_Y):  # only these change the nearest point of the path
+                near = nearest_on_polyline(problem.path, place[1, 0], place[1, 1])
+            else:
+                near = start
+            _edge(place, k, n, weights, problem, (near.x, near.y), moved)
+            if v >= 0:
+                place[v // 4, v % 4] = band[k + v // 4, v % 4]
+            for e in range(_EDGE):
+                if v < 0:
+                    residual[e] = moved[e]
+                else:
+                    slopes[e, v] = (moved[e] - residual[e]) / _TINY
+        for e in range(_EDGE):
+            cost += 0.5 * residual[e] * residual[e]
+            if residual[e] != 0.0:
+                _add(matrix, right, 4 * k, slopes[e], size, residual[e])
+    return cost
+
+
+@njit(**CACHED)
+def _add(
+    matrix: Floats, right: Floats, first: int, slope: Floats, size: int, residual: float
+) -> None:
+    """Add one residual to JᵀJ and Jᵀr; ``slope`` holds for ``size`` variables from ``first``."""
+    for a in range(size):
+        if slope[a] == 0.0:
+            continue
+        right[first + a] += slope[a] * residual
+        for b in range(a + 1):
+            matrix[first + a, a - b] += slope[a] * slope[b]
+
+
+@njit(**CACHED)
+def _edge(
+    rows: Floats,
+    k: int,
+    n: int,
+    weights: BandWeights,
+    problem: BandProblem,
+    near: tuple[float, float],
+    out: Floats,
+) -> None:
+    """Residuals (14,) of the interval from pose ``k`` to the next one, and to the one after.
+
+    near: point of the path nearest to the next pose.
+    """
+    limits, holonomic = problem.limits, problem.holonomic
+    out.fill(0.0)
+    velocity, dt = _velocity(rows, 0, holonomic), rows[0, 3]
+    out[0] = math.sqrt(weights.time * max(dt, 1e-3))  # the sum of squares is the time
+    if not holonomic:  # Rösmann et al. 2012, eq. (8): both poses on one arc
+        dx, dy = rows[1, 0] - rows[0, 0], rows[1, 1] - rows[0, 1]
+        cos = math.cos(rows[0, 2]) + math.cos(rows[1, 2])
+        sin = math.sin(rows[0, 2]) + math.sin(rows[1, 2])
+        out[1] = math.sqrt(weights.kinematics) * (cos * dy - sin * dx)
+    _limit_speeds(velocity, math.sqrt(weights.speed), limits, holonomic, out[2:4])
+    root = math.sqrt(weights.acceleration)
+    if k == 0:
+        now = (problem.twist[0], problem.twist[1], problem.twist[2])
+        _limit_accelerations(now, velocity, 0.5 * dt, root, limits, holonomic, out[4:7])
+    if k == n - 2:
+        _reach_goal(rows[1], velocity, dt, weights, problem, out[10:14])
+        return
+    after, between = _velocity(rows, 1, holonomic), 0.5 * (dt + rows[1, 3])
+    _limit_accelerations(velocity, after, between, root, limits, holonomic, out[7:10])
+    root = math.sqrt(weights.path)
+    out[10], out[11] = root * (rows[1, 0] - near[0]), root * (rows[1, 1] - near[1])
+
+
+@njit(**CACHED)
+def _limit_speeds(
+    velocity: tuple[float, float, float],
+    root: float,
+    limits: BandLimits,
+    holonomic: bool,
+    out: Floats,
+) -> None:
+    """Residuals (2,) of speed and turn rate beyond the limits."""
+    vx, vy, w = velocity
+    margin = 1.0 - limits.margin
+    if holonomic:
+        out[0] = root * _excess(math.sqrt(vx * vx + vy * vy + 1e-12), -1.0, margin * limits.high)
+    else:
+        out[0] = root * _excess(vx, limits.low, margin * limits.high)
+    out[1] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
+
+
+@njit(**CACHED)
+def _limit_accelerations(
+    before: tuple[float, float, float],
+    after: tuple[float, float, float],
+    time: float,
+    root: float,
+    limits: BandLimits,
+    holonomic: bool,
+    out: Floats,
+) -> None:
+    """Residuals (3,) of the accelerations between two velocities: forward, turn, sideways."""
+    out[0] = root * _change(before[0], after[0], time, limits)
+    turn = limits.turn_acceleration
+    out[1] = root * _excess((after[2] - before[2]) / time, -turn, turn)
+    if holonomic:
+        out[2] = root * _change(before[1], after[1], time, limits)
+
+
+@njit(**CACHED)
+def _reach_goal(
+    pose: Floats,
+    velocity: tuple[float, float, float],
+    dt: float,
+    weights: BandWeights,
+    problem: BandProblem,
+    out: Floats,
+) -> None:
+    """Residuals (4,) of the last interval: position, heading and speed at the goal."""
+    root = math.sqrt(weights.goal)
+    out[0] = root * (pose[0] - problem.goal[0])
+    out[1] = root * (pose[1] - problem.goal[1])
+    out[2] = 0.3 * root * (pose[2] - problem.goal[2])
+    if not math.isnan(problem.end_speed):
+        vx, vy, _ = velocity
+        speed = math.sqrt(vx * vx + vy * vy + 1e-12)
+        change = _change(speed, problem.end_speed, 0.5 * dt, problem.limits)
+        out[3] = math.sqrt(weights.acceleration) * change
+
+
+@njit(**CACHED)
+def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, float]:
+    """(v_x, v_y, ω) of the interval that begins at ``rows[k]``, in the frame of its middle."""
+    dt = max(rows[k, 3], 1e-3)
+    dx, dy = rows[k + 1, 0] - rows[k, 0], rows[k + 1, 1] - rows[k, 1]
+    turn = rows[k + 1, 2] - rows[k, 2]
+    middle = rows[k, 2] + 0.5 * turn
+    cos, sin = math.cos(middle), math.sin(middle)
+    sideways = (-sin * dx + cos * dy) / dt if holonomic else 0.0
+    return (cos * dx + sin * dy) / dt, sideways, turn / dt
+
+
+@njit(**CACHED)
+def _excess(x: float, low: float, high: float) -> float:
+    """Distance of x outside [low, high], with its sign."""
+    return max(x - high, 0.0) - max(low - x, 0.0)
+
+
+@njit(**CACHED)
+def _change(before: float, after: float, time: float, limits: BandLimits) -> float:
+    """Excess of the acceleration over the robot's limits, m/s²."""
+    sign = 1.0 if before + after >= 0.0 else -1.0
+    return _excess(sign * (after - before) / max(time, 1e-3), -limits.braking, limits.acceleration)
+
+
+@njit(**CACHED)
+def _solved(matrix: Floats, right: Floats, damping: float) -> Floats:
+    """(JᵀJ + λ)⁻¹ Jᵀr by a banded Cholesky; the first pose stays where it is."""
+    n = matrix.shape[0]
+    low, x = matrix.copy(), right.copy()
+    for i in range(n):
+        low[i, 0] += damping
+    # identity rows for the first pose
+    for i in range(3):
+        x[i] = 0.0
+        for d in range(1, _BAND):
+            low[i, d] = 0.0
+        low[i, 0] = 1.0
+    for i in range(3, min(n, 3 + _BAND)):
+        for j in range(3):
+            if i - j < _BAND:
+                low[i, i - j] = 0.0
+    # factorisation
+    for i in range(n):
+        first = max(0, i - _BAND + 1)
+        for j in range(first, i + 1):
+            total = low[i, i - j]
+            for m in range(max(first, j - _BAND + 1), j):
+                total -= low[i, i - m] * low[j, j - m]
+            low[i, i - j] = math.sqrt(max(total, 1e-12)) if i == j else total / low[j, 0]
+    # forward and backward substitution
+    for i in range(n):
+        for m in range(max(0, i - _BAND + 1), i):
+            x[i] -= low[i, i - m] * x[m]
+        x[i] /= low[i, 0]
+    for i in range(n - 1, -1, -1):
+        for m in range(i + 1, min(n, i + _BAND)):
+            x[i] -= low[m, m - i] * x[m]
+        x[i] /= low[i, 0]
+    return x
+
 
 _SIDES = (1.0, -1.0)
 """Left and right of the person in the way."""

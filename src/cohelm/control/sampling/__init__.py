@@ -4,6 +4,6 @@
 the inputs of ``arc_inputs``. ``candidates`` tells on which sides a trajectory passes.
 """
 
-from cohelm.control.sampling.sampler import CandidateTrajectories, Sampling, evaluate, sample
+import lazy_loader
 
-__all__ = ["CandidateTrajectories", "Sampling", "evaluate", "sample"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

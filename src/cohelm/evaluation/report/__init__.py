@@ -1,7 +1,5 @@
 """Results of a sweep of rides: files for programs, an HTML report, and comparisons."""
 
-from cohelm.evaluation.report.rides import Rides
-from cohelm.evaluation.report.store import read_rides
-from cohelm.evaluation.report.write import BenchReport, PaperTable, Sheet, write_results
+import lazy_loader
 
-__all__ = ["BenchReport", "PaperTable", "Rides", "Sheet", "read_rides", "write_results"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

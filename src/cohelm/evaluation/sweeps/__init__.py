@@ -1,5 +1,5 @@
 """Sweeps: many rides, each a task of its own, and the store of their results."""
 
-from cohelm.evaluation.sweeps.ride_task import SERIES, RideTask, check_rides, config_hash, ride_row
+import lazy_loader
 
-__all__ = ["SERIES", "RideTask", "check_rides", "config_hash", "ride_row"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

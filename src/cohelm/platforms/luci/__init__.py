@@ -7,7 +7,6 @@
 LUCI keeps its own protection: it slows what it gets. Needs the extra ``luci``.
 """
 
-from cohelm.platforms.luci.parameters import LuciParameters
-from cohelm.platforms.luci.platform import Luci, LuciPlatform
+import lazy_loader
 
-__all__ = ["Luci", "LuciParameters", "LuciPlatform"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

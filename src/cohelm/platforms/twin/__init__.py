@@ -9,16 +9,6 @@
 Only this package imports MuJoCo, and only when a platform is opened: ``docs/twin.md``.
 """
 
-from cohelm.platforms.twin.film import VIEWS, check_film, film_ride
-from cohelm.platforms.twin.platform import Twin, TwinPlatform, load_mujoco
-from cohelm.platforms.twin.twin_chair import TwinChair
+import lazy_loader
 
-__all__ = [
-    "VIEWS",
-    "Twin",
-    "TwinChair",
-    "TwinPlatform",
-    "check_film",
-    "film_ride",
-    "load_mujoco",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

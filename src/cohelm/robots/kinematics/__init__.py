@@ -1,17 +1,5 @@
 """Motion models: from inputs to poses, shared by control and simulation."""
 
-from cohelm.robots.kinematics.api import InputBounds, Kinematics
-from cohelm.robots.kinematics.holonomic import Holonomic
-from cohelm.robots.kinematics.motion import move, slowed, within_limits
-from cohelm.robots.kinematics.unicycle import TurnFirst, Unicycle
+import lazy_loader
 
-__all__ = [
-    "Holonomic",
-    "InputBounds",
-    "Kinematics",
-    "TurnFirst",
-    "Unicycle",
-    "move",
-    "slowed",
-    "within_limits",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

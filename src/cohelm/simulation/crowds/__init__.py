@@ -1,21 +1,5 @@
 """Pedestrian models."""
 
-from cohelm.simulation.crowds.behaviours import (
-    Aggressive,
-    Distracted,
-    Inattentive,
-    TurningBack,
-    prepare_crowd,
-)
-from cohelm.simulation.crowds.orca import Orca
-from cohelm.simulation.crowds.social_force import SocialForce
+import lazy_loader
 
-__all__ = [
-    "Aggressive",
-    "Distracted",
-    "Inattentive",
-    "Orca",
-    "SocialForce",
-    "TurningBack",
-    "prepare_crowd",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

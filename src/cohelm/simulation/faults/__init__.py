@@ -1,8 +1,5 @@
 """Faults of real chairs, injected between world and navigator."""
 
-from cohelm.simulation.faults.api import FaultKind
-from cohelm.simulation.faults.fault import Fault
-from cohelm.simulation.faults.injection import FaultInjector
-from cohelm.simulation.faults.kinds import FAULT_KINDS
+import lazy_loader
 
-__all__ = ["FAULT_KINDS", "Fault", "FaultInjector", "FaultKind"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

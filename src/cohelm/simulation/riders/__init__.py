@@ -1,35 +1,5 @@
 """Simulated riders: models of the input to the stick."""
 
-from cohelm.simulation.riders.disturbances import (
-    Biased,
-    Delayed,
-    Dropout,
-    Laggy,
-    Noisy,
-    Tremor,
-    Uncooperative,
-)
-from cohelm.simulation.riders.ideal import Ideal
-from cohelm.simulation.riders.limited import EightDirections, LookingAway
-from cohelm.simulation.riders.one_switch import OneSwitch
-from cohelm.simulation.riders.passive import Idle, NoRider, Nudge
-from cohelm.simulation.riders.supervision import Reluctant, Watchful
+import lazy_loader
 
-__all__ = [
-    "Biased",
-    "Delayed",
-    "Dropout",
-    "EightDirections",
-    "Ideal",
-    "Idle",
-    "Laggy",
-    "LookingAway",
-    "NoRider",
-    "Noisy",
-    "Nudge",
-    "OneSwitch",
-    "Reluctant",
-    "Tremor",
-    "Uncooperative",
-    "Watchful",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

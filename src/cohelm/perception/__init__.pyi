@@ -1,0 +1,74 @@
+from .api import (
+    CloudDetector,
+    Detections,
+    Detector,
+    GroupDetector,
+    Predictor,
+    Tracker,
+)
+from .change_detection.past_scans import ChangeDetectionParameters
+from .cloud_detection.cloud_clusters import CloudClusters
+from .groups.affinity import Affinity, NoGroups
+from .laser_odometry.ego_motion import (
+    EgoMotion,
+    EgoMotionParameters,
+    MatchStatus,
+    update_ego_motion,
+)
+from .laser_odometry.scan_features import ScanFeatures, extract_features
+from .obstacles.obstacle_layer import (
+    ObstacleLayerParameters,
+    ObstacleLayerState,
+    update_obstacle_layer,
+)
+from .pipeline import (
+    PerceptionMemory,
+    PerceptionParts,
+    PerceptionResult,
+    perceive,
+    pose_at,
+)
+from .prediction.constant_velocity import ConstantVelocity
+from .prediction.hypotheses import (
+    HYPOTHESES,
+    Hypotheses,
+)
+from .preprocessing.scan_returns import ScanReturns, scan_returns
+from .scan_detection.scan_clusters import ScanClusters
+from .tracking.given_people import GivenPeople
+from .tracking.kalman_tracker import KalmanTracker
+
+__all__ = [
+    "HYPOTHESES",
+    "Affinity",
+    "ChangeDetectionParameters",
+    "CloudClusters",
+    "CloudDetector",
+    "ConstantVelocity",
+    "Detections",
+    "Detector",
+    "EgoMotion",
+    "EgoMotionParameters",
+    "GivenPeople",
+    "GroupDetector",
+    "Hypotheses",
+    "KalmanTracker",
+    "MatchStatus",
+    "NoGroups",
+    "ObstacleLayerParameters",
+    "ObstacleLayerState",
+    "PerceptionMemory",
+    "PerceptionParts",
+    "PerceptionResult",
+    "Predictor",
+    "ScanClusters",
+    "ScanFeatures",
+    "ScanReturns",
+    "Tracker",
+    "extract_features",
+    "perceive",
+    "pose_at",
+    "scan_returns",
+    "update_ego_motion",
+    "update_obstacle_layer",
+]

@@ -1,0 +1,4 @@
+from .parameters import LuciParameters
+from .platform import Luci, LuciPlatform
+
+__all__ = ["Luci", "LuciParameters", "LuciPlatform"]

@@ -1,0 +1,35 @@
+from .kinematics import (
+    Holonomic,
+    InputBounds,
+    Kinematics,
+    TurnFirst,
+    Unicycle,
+    move,
+)
+from .robot import (
+    BlindSector,
+    CloudMount,
+    DepthCameraMount,
+    LaserMount,
+    LidarMount,
+    Robot,
+    load_robot,
+    robot_names,
+)
+
+__all__ = [
+    "BlindSector",
+    "CloudMount",
+    "DepthCameraMount",
+    "Holonomic",
+    "InputBounds",
+    "Kinematics",
+    "LaserMount",
+    "LidarMount",
+    "Robot",
+    "TurnFirst",
+    "Unicycle",
+    "load_robot",
+    "move",
+    "robot_names",
+]

@@ -1,0 +1,30 @@
+from .grid_raycast import cast
+from .human_bodies import HumanBodies
+from .laser import sweep
+from .localisation import Localisation, Odometry
+from .planar_bodies import BodyKind, outline_of, planar_discs
+from .point_cloud import (
+    LabelledCloud,
+    scan_cloud,
+    sweep_cloud,
+    visible_shares,
+)
+from .static_scene import LEVEL, FloorSurface, StaticScene
+
+__all__ = [
+    "LEVEL",
+    "BodyKind",
+    "FloorSurface",
+    "HumanBodies",
+    "LabelledCloud",
+    "Localisation",
+    "Odometry",
+    "StaticScene",
+    "cast",
+    "outline_of",
+    "planar_discs",
+    "scan_cloud",
+    "sweep",
+    "sweep_cloud",
+    "visible_shares",
+]
