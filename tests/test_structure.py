@@ -130,6 +130,7 @@ def test_every_package_has_its_tests():
 
 
 IMPORTED_AS = {
+    "lazy-loader": "lazy_loader",
     "opencv-python-headless": "cv2",
     "pillow": "PIL",
     "pyyaml": "yaml",

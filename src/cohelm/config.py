@@ -23,7 +23,7 @@ class FrozenModel(pydantic.BaseModel):
     """Frozen model without unknown keys."""
 
     model_config = pydantic.ConfigDict(
-        extra="forbid", frozen=True, use_attribute_docstrings=True, allow_inf_nan=False
+        extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from cohelm.config import FrozenModel
 
@@ -26,6 +26,8 @@ WishKind = Literal["attract", "avoid", "stroke"]
 
 class WireMessage(FrozenModel):
     """Base of all messages: frozen, without undeclared fields."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)  # they are the page's comments, too
 
 
 class RouteFigures(WireMessage):
