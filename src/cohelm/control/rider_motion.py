@@ -45,7 +45,7 @@ def _is_free(cycle: PlanningCycle, rider: Candidate) -> bool:
     """Check that the rider's motion is verified, perhaps at a lower speed.
 
     Like every candidate it is slowed before walls, so that a push straight at a near wall counts as
-    free. A rider who approaches a wall obliquely must not lose their way for that (ADR 64).
+    free. A rider who approaches a wall obliquely must not lose their way for that.
     """
     if cycle.accepts(rider):
         return True

@@ -8,7 +8,7 @@ Semi-open office scenes, as the global experiment of Xu et al. describes them.
 A room has a large block in its middle, open floor on the left and clutter on the right. The rider
 prefers to pass on the left, although the path through the clutter is shorter, and states this by
 an inexact click. Everything is drawn from a seed by geometry, independent of any planner;
-docs/adr/0013 gives the reasons, and why these scenes replace earlier ones.
+docs/global-planning.md gives the reasons, and why these scenes replace earlier ones.
 """
 
 from __future__ import annotations
