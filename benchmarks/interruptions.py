@@ -27,10 +27,11 @@ import numpy as np
 
 from cohelm.live import Drive, DriveSetup
 from cohelm.live.messages import (
-    AddWish,
     ChairState,
     Heartbeat,
+    PlanTrip,
     ResumeCommand,
+    RouteWish,
     SetGoal,
     SetMode,
     TakeControl,
@@ -153,12 +154,13 @@ def interrupt_previews(rider: Rider, how: str) -> tuple[int, float]:
     rider.say(SetGoal(id=1, point=(11.0, 7.0)))
     answered = False
     while not answered and time.monotonic() - asked < PATIENCE:
-        rider.say(AddWish(id=2, kind="attract", points=((6.0, 9.0),), preview=True))
+        wish = RouteWish(kind="attract", points=((6.0, 9.0),))
+        rider.say(PlanTrip(id=2, point=(11.0, 7.0), wishes=(wish,)))
         # A further request of the page would replace one that still waits.
         until = time.monotonic() + 10.0
         while not answered and time.monotonic() < until:
             time.sleep(0.05)
-            answered = any(m.type == "wish_preview" for m in rider.messages[before:])
+            answered = any(m.type == "trip_plans" for m in rider.messages[before:])
     rider.say(SetGoal(id=3))
     # Without an answer the whole patience counts.
     return held, time.monotonic() - asked

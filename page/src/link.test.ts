@@ -109,11 +109,11 @@ describe("the link", () => {
     newest().hear({ type: "welcome" });
     const heard = vi.fn();
     void link.ask({ type: "set_pace", pace: "slow" }).then(heard);
-    const dear = link.ask({ type: "add_wish", kind: "attract", points: [[1, 2]], radius: 0, preview: true }, PRICE_WITHIN);
+    const dear = link.ask({ type: "plan_trip", point: [1, 2], wishes: [] }, PRICE_WITHIN);
     await vi.advanceTimersByTimeAsync(PRICE_WITHIN - 1_000);
     expect(heard).toHaveBeenCalledExactlyOnceWith(expect.objectContaining({ code: "no_answer" }));
-    newest().hear({ type: "wish_preview", id: newest().sent[1]!.id! });
-    expect((await dear).type).toBe("wish_preview");
+    newest().hear({ type: "trip_plans", id: newest().sent[1]!.id! });
+    expect((await dear).type).toBe("trip_plans");
   });
 
   it("begins anew without waiting for the old one's goodbye, and heeds it no more", async () => {

@@ -8,12 +8,11 @@ import {
   type Rejected,
   type ToPage,
   type TripPlans,
-  type WishPreview,
 } from "./messages";
 
 /** `outdated`: the chair speaks another version of the messages than this page. */
 export type Status = "connecting" | "open" | "lost" | "sign-in" | "outdated";
-export type Answer = Accepted | WishPreview | TripPlans | Rejected;
+export type Answer = Accepted | TripPlans | Rejected;
 /** A message that carries a number, without it: `ask` gives it one. */
 export type Question = Extract<FromPage, { id?: number }> extends infer Each
   ? Each extends { id?: number }
@@ -129,7 +128,6 @@ export class Link {
     }
     if (
       message.type === "accepted" ||
-      message.type === "wish_preview" ||
       message.type === "trip_plans" ||
       message.type === "rejected"
     ) {

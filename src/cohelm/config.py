@@ -22,9 +22,7 @@ from cohelm.errors import ConfigError
 class FrozenModel(pydantic.BaseModel):
     """Frozen model without unknown keys."""
 
-    model_config = pydantic.ConfigDict(
-        extra="forbid", frozen=True, allow_inf_nan=False, defer_build=True
-    )
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class Model(FrozenModel):

@@ -13,10 +13,10 @@ from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.time_rate import ABSORBED_LATENESS
 from cohelm.live.control.watchdog import CONFIRM_AFTER, MAX_ANSWER_AGE
 from cohelm.live.messages import (
-    AddWish,
     Heartbeat,
     ReleaseControl,
     ResumeCommand,
+    RouteWish,
     SetGoal,
     SetMode,
     SetPace,
@@ -95,7 +95,8 @@ def test_a_page_is_told_of_the_route_and_of_what_a_wish_changes(rig):
     rig.steps(3, 0.0)
     plain = rig.of("route")[-1]
     assert plain.length == pytest.approx(9.0, abs=0.1)
-    rig.say(AddWish(id=2, kind="attract", points=((6.0, 9.0),)))
+    wish = RouteWish(kind="attract", points=((6.0, 9.0),))
+    rig.say(AHEAD.model_copy(update={"id": 2, "wishes": (wish,)}))
     rig.steps(3, 0.0)
     wished = rig.of("route")[-1]
     assert wished.version > plain.version

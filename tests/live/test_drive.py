@@ -10,13 +10,14 @@ import pytest
 from cohelm.errors import StoreError
 from cohelm.live import Drive, DriveSetup, LimitsLoosened
 from cohelm.live.messages import (
-    AddWish,
     ChangeSimulation,
     Echo,
     Heartbeat,
+    PlanTrip,
     ReleaseControl,
     ResumeCommand,
     RiderSettings,
+    RouteWish,
     SetGoal,
     TakeControl,
 )
@@ -218,16 +219,17 @@ def test_a_navigator_that_is_stopped_stops_the_chair(drive, page):
 
 
 def test_a_preview_says_what_a_wish_costs_and_changes_nothing(page):
-    page.say(AddWish(id=1, kind="attract", points=((6.0, 9.0),), preview=True))
+    page.say(PlanTrip(id=1))
     page.until(lambda s: bool(page.of("rejected")))
     assert page.of("rejected")[-1].code == "no_destination"
     page.say(SetGoal(id=2, point=(11.0, 7.0)))
     page.until(lambda s: s.remaining is not None)
-    page.say(AddWish(id=3, kind="attract", points=((6.0, 10.0),), preview=True))
-    page.until(lambda s: bool(page.of("wish_preview")))
-    preview = page.of("wish_preview")[-1]
-    assert preview.id == 3
-    assert preview.extra_length > 0.5
+    wish = RouteWish(kind="attract", points=((6.0, 10.0),))
+    page.say(PlanTrip(id=3, point=(11.0, 7.0), wishes=(wish,)))
+    page.until(lambda s: bool(page.of("trip_plans")))
+    plans = page.of("trip_plans")[-1]
+    assert plans.id == 3
+    assert plans.extra_length > 0.5
     assert page.of("route")[-1].wishes == ()
     page.say(SetGoal(id=4))
     page.rests()

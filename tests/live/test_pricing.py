@@ -1,12 +1,17 @@
-"""The price of a wish is waited for, but not for ever."""
+"""The routes of a trip are waited for, but not for ever."""
 
 import pytest
 
 from cohelm.live.control.ipc import ProcessReady
 from cohelm.live.control.worker_process import ProcessGone
-from cohelm.live.messages import AddWish
+from cohelm.live.messages import Destination, PlanTrip
 from cohelm.live.page import route_preview
-from cohelm.live.page.preview_process import PreviewAnswer
+from cohelm.live.page.preview_process import TripAnswer
+
+
+def question(number):
+    trip = PlanTrip(id=number, point=(1.0, 2.0))
+    return route_preview.TripQuestion(trip, Destination(name="", x=1.0, y=2.0), "")
 
 
 class Mute:
@@ -40,7 +45,7 @@ def test_a_process_that_hangs_is_begun_anew_and_its_question_refused(
     )
     asked.start()
     asked.poll()
-    asked.request("a", AddWish(id=3, kind="attract", points=((1.0, 2.0),), preview=True))
+    asked.request("a", question(3))
     assert asked.needs_context
     asked.set_planning_context(b"about")
     asked.poll()
@@ -59,8 +64,7 @@ def test_after_the_last_process_every_request_is_answered(monkeypatch):
         asked.poll()
         clients = ["a", "b", "c"] if lost == route_preview.MAX_LOST - 1 else ["a"]
         for client in clients:
-            wish = AddWish(id=lost, kind="attract", points=((1.0, 2.0),), preview=True)
-            asked.request(client, wish)
+            asked.request(client, question(lost))
         asked.set_planning_context(b"about")
         asked.poll()
     assert told == ["a"] * route_preview.MAX_LOST + ["b", "c"]
@@ -79,7 +83,7 @@ class AnswersThenDies(Mute):
             return self.says.pop()
         if self.asked is None:
             raise ProcessGone
-        answer = PreviewAnswer(id=self.asked.id, client=self.asked.client)
+        answer = TripAnswer(id=self.asked.id, client=self.asked.client)
         self.asked = None
         return answer
 
@@ -95,15 +99,14 @@ def test_lost_processes_that_answered_before_are_replaced_for_ever(monkeypatch):
     for number in range(3 * route_preview.MAX_LOST):
         asked.start()
         asked.poll()  # ready
-        wish = AddWish(id=number, kind="attract", points=((1.0, 2.0),), preview=True)
-        asked.request("a", wish)
+        asked.request("a", question(number))
         asked.set_planning_context(b"about")
         asked.poll()  # the answer
         asked.poll()  # lost
-    assert [message.type for message in told] == ["wish_preview"] * 3 * route_preview.MAX_LOST
+    assert [message.type for message in told] == ["trip_plans"] * 3 * route_preview.MAX_LOST
     for _ in range(route_preview.MAX_LOST):
         asked.start()
         asked.poll()  # ready
         asked.poll()  # lost without an answer
-    asked.request("a", wish)
+    asked.request("a", question(99))
     assert told[-1].type == "rejected"

@@ -62,11 +62,11 @@ def test_it_goes_with_the_rides_and_with_the_reset(tmp_path):
 
 
 def test_a_choice_belongs_to_its_trip():
-    mission = Mission().with_trip(WARD, (), quiet_choice())
+    mission = Mission().with_goal(WARD, (), quiet_choice())
     assert mission.choice.taken == 1
     assert mission.choice.routes[1].encounters == 0.0
     assert mission.with_goal(WARD).choice is None
-    assert mission.with_trip(WARD, ()).choice is None
+    assert mission.with_goal(WARD, ()).choice is None
 
 
 @pytest.mark.parametrize("chosen", [None, ChosenRoute(figures=(SHORT, QUIET), taken=2)])

@@ -24,8 +24,7 @@ THREE_WAYS = problem(room(20.0, 12.0, 0.1, boxes=SIDE_BY_SIDE), (1.5, 5.8), (18.
 
 def asked(goal=(18.5, 5.8), wishes=(), planner=None, weights=None):
     context = PlanningContext(
-        pose=np.array([1.5, 5.8, 0.0]), goal=np.full(2, np.nan), wishes=(),
-        wish_origin=np.array([1.5, 5.8]), clearance=THREE_WAYS.clearance, speed=0.7, live=None,
+        pose=np.array([1.5, 5.8, 0.0]), clearance=THREE_WAYS.clearance, speed=0.7, live=None,
         crowding=None,
     )  # fmt: skip
     request = TripRequest(
@@ -155,5 +154,5 @@ def test_an_area_is_avoided_or_it_is_told_how_much_of_the_route_is_within():
 def test_a_trip_replaces_destination_and_wishes_at_once():
     goal = Destination(name="Ward 3", x=1.0, y=2.0)
     wish = wish_of(RouteWish(kind="attract", points=((1.0, 1.0),)), 4)
-    mission = Mission().with_trip(goal, (wish,))
+    mission = Mission().with_goal(goal, (wish,))
     assert (mission.goal, mission.wishes, mission.version) == (goal, (wish,), 1)

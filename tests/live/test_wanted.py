@@ -6,7 +6,7 @@ import pytest
 from cohelm.errors import InvalidProblem, MapError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission, check_wish, goal_of, request_of, wish_of
-from cohelm.live.messages import AddWish, Destination, FloorInfo, Limits, RiderSettings
+from cohelm.live.messages import Destination, FloorInfo, Limits, RiderSettings, RouteWish
 from cohelm.maps import NamedPlace, Places
 from cohelm.messages import Mode, RiderProfile
 
@@ -54,50 +54,28 @@ def test_limits_and_settings_reach_the_navigator():
     assert (profile.tremor_filter, profile.dead_zone) == (0.2, 0.15)
 
 
-def test_wishes_are_taken_back_one_by_one_or_all_at_once():
-    mission = Mission()
-    for number in (1, 2, 3):
-        want = AddWish(kind="attract", points=((float(number), 0.0),))
-        mission = mission.with_wish(wish_of(want, number))
-    assert [w.id for w in mission.without_wish(2).wishes] == [1, 3]
-    assert [w.id for w in mission.without_wish(None).wishes] == [1, 2]
-    assert mission.without_wish(None, every=True).wishes == ()
-    assert mission.without_wish(9).wishes == mission.wishes
-    assert asked(mission).wishes[1].points.tolist() == [[2.0, 0.0]]
-
-
-def test_wishes_end_with_their_trip_and_those_before_a_trip_are_of_it():
-    wish = wish_of(AddWish(kind="avoid", points=((1.0, 0.0),), radius=1.0), 1)
-    ahead = Mission().with_wish(wish)
-    trip = ahead.with_goal(WARD)
-    assert trip.wishes == (wish,)
+def test_wishes_come_and_end_with_their_trip():
+    wish = wish_of(RouteWish(kind="avoid", points=((1.0, 0.0),), radius=1.0), 1)
+    trip = Mission().with_goal(WARD, (wish,))
+    assert asked(trip).wishes[0].points.tolist() == [[1.0, 0.0]]
     assert trip.with_goal(WARD).wishes == ()
     assert trip.with_goal(None).wishes == ()
-    driver = DriverState(mission=ahead)
-    driver.forget_wishes()
-    assert driver.mission.wishes == ()
-    driver.mission = trip
-    driver.forget_wishes()  # a trip under way keeps them, whoever drives
-    assert driver.mission == trip
+    driver = DriverState(mission=trip)
     driver.arrive()
     assert driver.mission.wishes == ()
 
 
 def test_the_outline_of_a_large_place_is_no_line_that_is_too_long():
     points = ((0.0, 0.0), (8.0, 0.0), (8.0, 5.0), (0.0, 5.0)) * 20
-    check_wish(AddWish(kind="avoid", points=points), FLOOR)
+    check_wish(RouteWish(kind="avoid", points=points), FLOOR)
 
 
 def test_every_change_of_the_way_is_a_new_version():
-    mission = Mission()
-    versions = [mission.version]
-    mission = mission.with_goal(WARD)
-    versions.append(mission.version)
-    mission = mission.with_wish(wish_of(AddWish(kind="attract", points=((1.0, 0.0),)), 1))
-    versions.append(mission.version)
-    mission = mission.without_wish(None)
-    versions.append(mission.version)
-    assert len(set(versions)) == 4
+    wish = wish_of(RouteWish(kind="attract", points=((1.0, 0.0),)), 1)
+    trips = [Mission()]
+    for goal, wishes in ((WARD, ()), (WARD, (wish,)), (None, ())):
+        trips.append(trips[-1].with_goal(goal, wishes))
+    assert len({each.version for each in trips}) == 4
 
 
 def test_a_destination_is_a_place_or_a_point_or_none():
@@ -111,9 +89,9 @@ def test_a_destination_is_a_place_or_a_point_or_none():
 @pytest.mark.parametrize(
     "want",
     [
-        AddWish(kind="stroke", points=((1.0, 1.0),)),
-        AddWish(kind="avoid", points=((1.0, 1.0),)),
-        AddWish(kind="avoid", points=((1.0, 1.0), (2.0, 2.0))),
+        RouteWish(kind="stroke", points=((1.0, 1.0),)),
+        RouteWish(kind="avoid", points=((1.0, 1.0),)),
+        RouteWish(kind="avoid", points=((1.0, 1.0), (2.0, 2.0))),
     ],
 )
 def test_a_wish_without_size_is_refused(want):
@@ -128,5 +106,5 @@ def test_a_wish_without_size_is_refused(want):
 def test_what_no_way_can_heed_is_refused_before_one_is_looked_for(points):
     """Off the map by more than 2 m, or drawn to and fro for more than 300 m."""
     with pytest.raises(InvalidProblem):
-        check_wish(AddWish(kind="stroke", points=points), FLOOR)
-    check_wish(AddWish(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), FLOOR)
+        check_wish(RouteWish(kind="stroke", points=points), FLOOR)
+    check_wish(RouteWish(kind="stroke", points=((0.0, 0.0), (10.0, 5.0), (11.9, 6.9))), FLOOR)

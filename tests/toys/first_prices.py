@@ -1,4 +1,4 @@
-"""What prices of wishes still have to compile, in a process that has compiled nothing else."""
+"""What routes with wishes still have to compile, in a process that has compiled nothing else."""
 
 import gc
 import pickle
@@ -17,10 +17,8 @@ def about(ride_setup, **changes):
     start = ride_setup.route.points[0]
     found = {
         "pose": np.array([*start, 0.0]),
-        "goal": ride_setup.request.goal,
-        "wishes": (),
-        "wish_origin": start,
         "clearance": ride_setup.request.profile.clearance,
+        "speed": ride_setup.request.profile.preferred_speed,
         "live": None,
         "crowding": None,
     }
@@ -61,12 +59,13 @@ def priced():
         Wish(kind="stroke", points=np.array([middle - 1.0, middle + 1.0])),
         Wish(kind="avoid", points=np.array([middle - 0.5, middle + 0.5]), radius=0.3),
     )
+    goal = tuple(ride_setup.request.goal.tolist())
     prices = []
     for planning_context in (about(ride_setup), about(ride_setup, **things_and_people(ride_setup))):
         for wish in wishes:
-            asked = previews.PreviewRequest(
-                id=1, client="a", wish=wish, planning_context=planning_context
+            asked = previews.TripRequest(
+                id=1, client="a", goal=goal, wishes=(wish,), planning_context=planning_context
             )
-            told = previews.preview(asked, ride_setup)
-            prices.append((told.length, told.error))
+            *_, told = previews.trip_answers(asked, ride_setup)
+            prices.append((told.routes[0].length, told.error))
     return prices, sorted(name for name, _ in compiled() - before)

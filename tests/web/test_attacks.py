@@ -118,7 +118,7 @@ MALFORMED = [
     '{"type": "heartbeat"}', "{" * 5000, "[" * 16_000, '{"type": "stop"', b"\x00\xff",
     b'{"type": "stop"}', '{"type": "set_goal", "place": ""}',
     '{"type": "set_goal", "place": "\\ud800"}',
-    '{"type": "add_wish", "kind": "attract", "points": []}',
+    '{"type": "set_goal", "wishes": [{"kind": "attract", "points": []}]}',
 ]  # fmt: skip
 
 
@@ -165,7 +165,7 @@ NUMBERED = (
     '{"type": "heartbeat", "seq": 0, "sent": 0, "forward": %s}',
     '{"type": "heartbeat", "seq": %s, "sent": 0}',
     '{"type": "set_goal", "point": [%s, 1e999]}',
-    '{"type": "add_wish", "kind": "avoid", "points": [[0, 0]], "radius": %s}',
+    '{"type": "set_goal", "wishes": [{"kind": "avoid", "points": [[0, 0]], "radius": %s}]}',
 )
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from cohelm.live.control.world_factory import NotSimulated
 from cohelm.live.control_loop import ControlLoop, NotPossibleNow
-from cohelm.live.messages import AddWish, ChangeSimulation, Destination, PlanTrip
+from cohelm.live.messages import ChangeSimulation, Destination, PlanTrip
 from cohelm.live.page.route_preview import TripQuestion
 from cohelm.live.services import Services
 from cohelm.reasons import Reason
@@ -43,10 +43,6 @@ class LoopEffects:
         route = cycle.view.route
         points = np.array(route.points if route is not None else ()).reshape(-1, 2)
         cycle.world.change(command, points)
-
-    def preview(self, client: str, wish: AddWish) -> None:
-        """Request the cost of a wish; the answer comes later."""
-        self._services.route_preview.request(client, wish)
 
     def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
         """Request the routes to a destination; the answer comes later."""

@@ -31,12 +31,11 @@ from cohelm.errors import CohelmError, PlatformError
 from cohelm.geometry import resample
 from cohelm.live import Drive
 from cohelm.live.messages import (
-    AddWish,
     ChairState,
     Notice,
     Rejected,
-    RemoveWish,
     RouteUpdate,
+    RouteWish,
     SetGoal,
     ToPage,
 )
@@ -205,16 +204,16 @@ class DriveClient:
         self._rejected: dict[int, str] = {}
         drive.listen(self._take)
 
-    def send(self, make: Callable[[int], SetGoal | AddWish | RemoveWish]) -> int:
+    def send(self, make: Callable[[int], SetGoal]) -> int:
         """Send the request that ``make`` makes of its number, and return the number."""
         number = next(self._numbers)
         self._drive.receive(self._client, make(number))
         return number
 
-    def rejection(self, numbers: tuple[int, ...]) -> str:
-        """Return the reason why one of these requests was rejected; empty: none was."""
+    def rejection(self, number: int) -> str:
+        """Return the reason why this request was rejected; empty: it was not."""
         with self._lock:
-            return next((self._rejected[n] for n in numbers if n in self._rejected), "")
+            return self._rejected.get(number, "")
 
     def _take(self, message: ToPage, client: str | None) -> None:
         if isinstance(message, ChairState):
@@ -241,7 +240,7 @@ class FollowPath:
     def __init__(self, goal: Any, client: DriveClient, frame: str, codes: Any) -> None:
         self._client, self._codes = client, codes
         self._arrivals, self._no_route_since = client.arrivals, math.nan
-        self._numbers: tuple[int, ...] = ()
+        self._number = 0
         self._error = self._begin(goal, frame)
         self._began = time.monotonic()
         self._seen = False  # the destination has been in a state message
@@ -252,7 +251,7 @@ class FollowPath:
         state = client.state  # before the arrivals: an arrival ends the trip, in this order
         if self._error:
             return self._failed(*self._error)
-        rejected = client.rejection(self._numbers)
+        rejected = client.rejection(self._number)
         if rejected:
             return self._failed("NO_VALID_CONTROL", rejected)
         if client.arrivals > self._arrivals:
@@ -279,7 +278,6 @@ class FollowPath:
     def cancel(self) -> None:
         """Cancel the trip."""
         self._client.send(lambda id_: SetGoal(id=id_))
-        self._client.send(lambda id_: RemoveWish(id=id_, all=True))
 
     def _begin(self, goal: Any, frame: str) -> tuple[str, str] | None:
         """Send destination and line; returns (code, text) of what is wrong with the goal."""
@@ -293,13 +291,8 @@ class FollowPath:
         self._end = points[-1]
         end = float(points[-1, 0]), float(points[-1, 1])
         line = thinned(points)
-        requests: list[Callable[[int], SetGoal | AddWish | RemoveWish]] = [
-            lambda id_: RemoveWish(id=id_, all=True),
-            lambda id_: SetGoal(id=id_, point=end),
-        ]
-        if len(line) > 1:
-            requests.append(lambda id_: AddWish(id=id_, kind="stroke", points=_pairs(line)))
-        self._numbers = tuple(self._client.send(make) for make in requests)
+        wishes = (RouteWish(kind="stroke", points=_pairs(line)),) if len(line) > 1 else ()
+        self._number = self._client.send(lambda id_: SetGoal(id=id_, point=end, wishes=wishes))
         return None
 
     def _is_end(self, state: ChairState) -> bool:

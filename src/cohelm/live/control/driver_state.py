@@ -58,11 +58,6 @@ class DriverState:
         self.require_centring()
         return f"You have arrived: {goal.name}." if goal and goal.name else Reason.ARRIVED.sentence
 
-    def forget_wishes(self) -> None:
-        """Remove the wishes that were made before a trip: another person may drive next."""
-        if self.mission.goal is None:
-            self.mission = self.mission.without_wish(None, every=True)
-
     def clear_mission(self) -> None:
         """Remove destination and wishes; mode and pace stay."""
-        self.mission = self.mission.with_goal(None).without_wish(None, every=True)
+        self.mission = self.mission.with_goal(None)

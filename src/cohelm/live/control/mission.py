@@ -10,7 +10,6 @@ from cohelm.errors import CohelmError, InvalidProblem
 from cohelm.live.control.limits import PACES, limited_profile
 from cohelm.live.messages import (
     ActiveWish,
-    AddWish,
     ChosenRoute,
     Destination,
     FloorInfo,
@@ -24,8 +23,6 @@ from cohelm.messages import Mode, Request, RiderProfile, Wish
 from cohelm.planning.alternatives.learned_preference import FeatureVector, RouteChoice
 from cohelm.reasons import Reason
 
-MAX_WISHES = 12
-"""Maximum number of active wishes."""
 MAX_LENGTH = 300.0
 """Maximum length of a drawn line, m; scribbles are longer than they look."""
 MARGIN = 2.0
@@ -54,7 +51,6 @@ class Mission:
 
     goal: Destination | None = None
     wishes: tuple[ActiveWish, ...] = ()
-    """In the order of creation."""
     choice: RouteChoice | None = None
     """Choice of the route to this destination; None: there was nothing to choose."""
     mode: Mode = Mode.SHARED
@@ -72,33 +68,14 @@ class Mission:
         """True if the chair would drive with the stick released."""
         return self.goal is not None and not self.mode.rider_drives
 
-    def with_goal(self, goal: Destination | None) -> Mission:
-        """Return the mission with another destination, or with none.
-
-        Wishes end with their trip; those that were made before there was one are of the next.
-        """
-        wishes = self.wishes if self.goal is None else ()
-        return replace(self, goal=goal, wishes=wishes, choice=None, version=self.version + 1)
-
-    def with_trip(
-        self, goal: Destination, wishes: tuple[ActiveWish, ...], choice: RouteChoice | None = None
+    def with_goal(
+        self,
+        goal: Destination | None,
+        wishes: tuple[ActiveWish, ...] = (),
+        choice: RouteChoice | None = None,
     ) -> Mission:
-        """Return the mission with another destination and other wishes."""
+        """Return the mission with another destination, or with none; wishes end with their trip."""
         return replace(self, goal=goal, wishes=wishes, choice=choice, version=self.version + 1)
-
-    def with_wish(self, wish: ActiveWish) -> Mission:
-        """Return the mission with one more wish."""
-        return replace(self, wishes=(*self.wishes, wish), version=self.version + 1)
-
-    def without_wish(self, wish: int | None, *, every: bool = False) -> Mission:
-        """Return the mission without one wish (None: the last one), or without all of them."""
-        if every:
-            left: tuple[ActiveWish, ...] = ()
-        elif wish is None:
-            left = self.wishes[:-1]
-        else:
-            left = tuple(each for each in self.wishes if each.id != wish)
-        return replace(self, wishes=left, version=self.version + 1)
 
 
 def goal_of(
@@ -139,7 +116,7 @@ def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
         raise GoalOnObstacle(Reason.GOAL_BLOCKED.sentence)
 
 
-def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:
+def wish_of(message: RouteWish, number: int) -> ActiveWish:
     """Return the wish of a message, with ``number`` as its id."""
     return ActiveWish(
         id=number,
@@ -150,7 +127,7 @@ def wish_of(message: AddWish | RouteWish, number: int) -> ActiveWish:
     )
 
 
-def check_wish(message: AddWish | RouteWish, floor: FloorInfo) -> None:
+def check_wish(message: RouteWish, floor: FloorInfo) -> None:
     """Reject a wish that no route can satisfy, before any planning.
 
     Raises:

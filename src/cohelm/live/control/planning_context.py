@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cohelm.arrays import Floats, identical
+from cohelm.arrays import Floats
 from cohelm.messages import Crowding, LiveObstacles, Request, Wish
 from cohelm.navigation import Tick
 from cohelm.scenarios import RideSetup
@@ -15,16 +15,10 @@ from cohelm.scenarios import RideSetup
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanningContext:
-    """Pose, goal, wishes and live obstacles of the current route."""
+    """Pose, profile and live obstacles of the chair."""
 
     pose: Floats
     """(3,), X_MR."""
-    goal: Floats
-    """(2,), m; NaN: none."""
-    wishes: tuple[Wish, ...]
-    """Wishes that the chair has not passed yet."""
-    wish_origin: Floats
-    """Position at which they were set, (2,), m."""
     clearance: float
     """m."""
     speed: float
@@ -41,14 +35,9 @@ def planning_context_of(tick: Tick, request: Request) -> bytes:
         request: Current request; it differs from the tick's after a pause only.
     """
     memory = tick.memory
-    route = memory.route if identical(request.wishes, tick.request.wishes) else None
-    here = tick.observation.pose
     crowding = memory.crowding.published if memory.crowding is not None else None
     context = PlanningContext(
-        pose=here,
-        goal=request.goal,
-        wishes=route.wishes if route is not None else request.wishes,
-        wish_origin=route.wish_origin if route is not None else here[:2],
+        pose=tick.observation.pose,
         clearance=request.profile.clearance,
         speed=request.profile.preferred_speed,
         live=memory.obstacles.obstacles if memory.obstacles is not None else None,

@@ -1,6 +1,5 @@
 from .from_page import (
     FROM_PAGE,
-    AddWish,
     ChangeSimulation,
     ChosenRoute,
     Echo,
@@ -9,7 +8,6 @@ from .from_page import (
     PlanTrip,
     RateRide,
     ReleaseControl,
-    RemoveWish,
     ResumeCommand,
     RouteWish,
     SetGoal,
@@ -62,7 +60,6 @@ from .to_page import (
     TripPlans,
     TripRoute,
     Welcome,
-    WishPreview,
 )
 
 __all__ = [
@@ -72,7 +69,6 @@ __all__ = [
     "VERSION",
     "Accepted",
     "ActiveWish",
-    "AddWish",
     "ChairInfo",
     "ChairState",
     "ChangeSimulation",
@@ -99,7 +95,6 @@ __all__ = [
     "ReasonText",
     "Rejected",
     "ReleaseControl",
-    "RemoveWish",
     "ResumeCommand",
     "RideEnded",
     "RideOutcome",
@@ -123,5 +118,4 @@ __all__ = [
     "TripRoute",
     "Welcome",
     "WishKind",
-    "WishPreview",
 ]

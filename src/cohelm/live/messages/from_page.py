@@ -65,12 +65,14 @@ class ResumeCommand(WireMessage):
 
 
 class RouteWish(WireMessage):
-    """Wish about a route that is not driven yet; fields as in ``AddWish``."""
+    """Wish about the route of a trip."""
 
     kind: WishKind
     points: Line
     radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
+    """m; of ``avoid``."""
     visit: bool = False
+    """Of ``attract``: go there, however long the detour."""
 
 
 class ChosenRoute(WireMessage):
@@ -103,33 +105,10 @@ class SetGoal(WireMessage):
     id: Number = 0
     place: Name | None = None
     point: Point | None = None
-    wishes: Wishes | None = None
-    """All wishes of the trip; None: those that were made since the last trip, if there is none."""
+    wishes: Wishes = ()
+    """All wishes of the trip."""
     choice: ChosenRoute | None = None
     """None: there was no choice."""
-
-
-class AddWish(WireMessage):
-    """Wish about the route; with ``preview`` only its cost is requested."""
-
-    type: Literal["add_wish"] = "add_wish"
-    id: Number = 0
-    kind: WishKind
-    points: Line
-    radius: Annotated[float, Field(ge=0.0, le=20.0)] = 0.0
-    """m; of ``avoid``."""
-    visit: bool = False
-    """Of ``attract``: go there, however long the detour."""
-    preview: bool = False
-
-
-class RemoveWish(WireMessage):
-    """Remove one wish, the last one (``wish`` is None), or all of them."""
-
-    type: Literal["remove_wish"] = "remove_wish"
-    id: Number = 0
-    wish: Number | None = None
-    all: bool = False
 
 
 class SetMode(WireMessage):
@@ -188,8 +167,6 @@ FromPage = Annotated[
     | ResumeCommand
     | PlanTrip
     | SetGoal
-    | AddWish
-    | RemoveWish
     | SetMode
     | SetPace
     | RateRide

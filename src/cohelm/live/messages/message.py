@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 
 from cohelm.config import FrozenModel
 
-VERSION = 3
+VERSION = 4
 """Version of the messages; grows with every change that an older page would not understand."""
 MAX_MESSAGE_SIZE = 16_384
 """Maximum size of a message from a page, bytes."""

@@ -204,22 +204,6 @@ class RouteUpdate(WireMessage):
     cause: RouteCause = "first"
 
 
-class WishPreview(WireMessage):
-    """Answer to ``AddWish`` with ``preview``, under the same ``id``."""
-
-    type: Literal["wish_preview"] = "wish_preview"
-    id: int
-    points: tuple[tuple[float, float], ...] = ()
-    length: float = 0.0
-    """m."""
-    extra_length: float = 0.0
-    """Difference from the current route, m."""
-    through: float = 0.0
-    """Length of the route within the area to avoid, m; 0 for other wishes."""
-    error: str = ""
-    """Reason why there is no route; empty if there is one."""
-
-
 class RouteDifference(WireMessage):
     """Noticeable difference of a route from the first one."""
 
@@ -306,7 +290,6 @@ ToPage = Annotated[
     | ChairState
     | RouteUpdate
     | MapDifferences
-    | WishPreview
     | TripPlans
     | Accepted
     | Rejected

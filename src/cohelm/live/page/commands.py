@@ -1,7 +1,7 @@
 """Commands of pages put into effect: driver, destination, wishes, mode and pace.
 
 All of it runs in the control thread, between two steps. A message with an ``id`` is a request and
-gets one answer: ``Accepted``, ``Rejected``, or later ``WishPreview``. Other messages are answered
+gets one answer: ``Accepted``, ``Rejected``, or later ``TripPlans``. Other messages are answered
 only if they are rejected.
 """
 
@@ -17,7 +17,6 @@ from cohelm.live.control.driver_link import RequiredAction
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.mission import (
-    MAX_WISHES,
     check_goal,
     check_wish,
     choice_of,
@@ -26,7 +25,6 @@ from cohelm.live.control.mission import (
 )
 from cohelm.live.messages import (
     Accepted,
-    AddWish,
     ChangeSimulation,
     Destination,
     FloorInfo,
@@ -37,7 +35,6 @@ from cohelm.live.messages import (
     RateRide,
     Rejected,
     ReleaseControl,
-    RemoveWish,
     ResumeCommand,
     Role,
     Send,
@@ -59,10 +56,6 @@ class CommandEffects(Protocol):
         """Change the simulated world."""
         ...
 
-    def preview(self, client: str, wish: AddWish) -> None:
-        """Request the cost of a wish; the answer comes later."""
-        ...
-
     def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
         """Request the routes to a destination; the answer comes later."""
         ...
@@ -79,7 +72,7 @@ class NotDriver(CohelmError):
 
 
 class NoDestination(CohelmError):
-    """The cost of a wish depends on a destination."""
+    """Routes lead to a destination."""
 
     code = "no_destination"
 
@@ -88,12 +81,6 @@ class StickDeflected(CohelmError):
     """The stick must be released before the driver can confirm."""
 
     code = Reason.RELEASE_STICK.value
-
-
-class TooManyActiveWishes(CohelmError):
-    """The maximum number of wishes is active already."""
-
-    code = Reason.TOO_MANY_WISHES.value
 
 
 class CommandHandler:
@@ -137,7 +124,6 @@ class CommandHandler:
     def disconnect(self, client: str) -> None:
         """Remove a page; if it drove, there is no driver now."""
         if client == self._driver.link.driver:
-            self._driver.forget_wishes()
             self._log_event(client, "control_released", reason="disconnected")
         self._therapists.discard(client)
         self._driver.link = driver_link.disconnect(self._driver.link, client)
@@ -178,7 +164,6 @@ class CommandHandler:
         )
         self._log_event(client, "control_taken", before=before)
         if before is not None:
-            driver.forget_wishes()
             text = "Another screen drives now."
             self._send(Notice(code="control_lost", text=text), before)
             text = "This screen drives now, and the other one no longer."
@@ -188,7 +173,6 @@ class CommandHandler:
     def _release_control(self, client: str, _: ReleaseControl, __: float) -> bool:
         if client == self._driver.link.driver:
             self._driver.link = driver_link.release_control(self._driver.link, client)
-            self._driver.forget_wishes()
             self._log_event(client, "control_released")
         return False
 
@@ -223,15 +207,15 @@ class CommandHandler:
         goal = goal_of(message.place, message.point, self._places)
         if goal is not None:
             check_goal(goal, self._grid)
-        for wish in message.wishes or ():
+        for wish in message.wishes:
             check_wish(wish, self._floor)
-        if goal is None or message.wishes is None:
-            self._driver.mission = self._driver.mission.with_goal(goal)
+        mission = self._driver.mission
+        if goal is None:
+            self._driver.mission = mission.with_goal(None)
         else:
             wishes = tuple(wish_of(wish, self._next_wish()) for wish in message.wishes)
-            self._driver.mission = self._driver.mission.with_trip(
-                goal, wishes, choice_of(message.choice, goal)
-            )
+            choice = choice_of(message.choice, goal)
+            self._driver.mission = mission.with_goal(goal, wishes, choice)
         logged = None if goal is None else goal.name or [round(goal.x, 2), round(goal.y, 2)]
         self._log_event(client, "goal_changed", goal=logged)
         return True
@@ -246,29 +230,9 @@ class CommandHandler:
         self._effects.plan_trip(client, message, goal)
         return False
 
-    def _add_wish(self, client: str, message: AddWish, _: float) -> bool:
-        check_wish(message, self._floor)
-        if message.preview and self._driver.mission.goal is None:
-            raise NoDestination("Choose a destination first.")
-        if message.preview:
-            self._effects.preview(client, message)
-            return False
-        self._check_driver(client)
-        mission = self._driver.mission
-        if len(mission.wishes) >= MAX_WISHES:
-            raise TooManyActiveWishes(Reason.TOO_MANY_WISHES.sentence)
-        self._driver.mission = mission.with_wish(wish_of(message, self._next_wish()))
-        return True
-
     def _next_wish(self) -> int:
         self._wish_count += 1
         return self._wish_count
-
-    def _remove_wish(self, client: str, message: RemoveWish, _: float) -> bool:
-        self._check_driver(client)
-        mission = self._driver.mission
-        self._driver.mission = mission.without_wish(message.wish, every=message.all)
-        return True
 
     def _set_mode(self, client: str, message: SetMode, _: float) -> bool:
         self._check_driver(client)
@@ -310,8 +274,6 @@ HANDLERS: Mapping[type, Handler] = {
     ResumeCommand: Handler(CommandHandler._resume),
     PlanTrip: Handler(CommandHandler._plan_trip),
     SetGoal: Handler(CommandHandler._set_goal),
-    AddWish: Handler(CommandHandler._add_wish),
-    RemoveWish: Handler(CommandHandler._remove_wish),
     SetMode: Handler(CommandHandler._set_mode),
     SetPace: Handler(CommandHandler._set_pace),
     RateRide: Handler(CommandHandler._rate_ride),

@@ -1,4 +1,4 @@
-"""Process of route previews: the difference that a wish makes, and the routes of a trip.
+"""Process of route previews: the routes of a trip with its wishes.
 
 It is separate from the navigator's process, so that nothing waits for these plans.
 """
@@ -17,7 +17,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.errors import PlanningError, StoreError
 from cohelm.geometry import nearest_on_polyline, resample
-from cohelm.live.control.ipc import Points, ProcessReady, ProcessSetup
+from cohelm.live.control.ipc import ProcessReady, ProcessSetup
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import route_view
@@ -51,17 +51,6 @@ VIA_TOLERANCE = 1.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PreviewRequest:
-    """Request for the route with one more wish."""
-
-    id: int
-    client: str
-    wish: Wish
-    planning_context: bytes
-    """Pickled :class:`PlanningContext`."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TripRequest:
     """Request for the routes to a destination."""
 
@@ -73,7 +62,7 @@ class TripRequest:
     rider: str = ""
     """Id of the rider, whose choices decide the order."""
     planning_context: bytes
-    """Pickled :class:`PlanningContext`; its goal and wishes do not matter."""
+    """Pickled :class:`PlanningContext`."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,23 +78,6 @@ class TripAnswer:
     learned: bool = False
     complete: bool = True
     error: str = ""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PreviewAnswer:
-    """Route with the wish of a request."""
-
-    id: int
-    client: str
-    points: Points = ()
-    length: float = 0.0
-    """m."""
-    extra_length: float = 0.0
-    """Difference from the route without the wish, m."""
-    through: float = 0.0
-    """Length of the route within the area to avoid, m."""
-    error: str = ""
-    """Reason why there is no route; empty if there is one."""
 
 
 def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
@@ -126,12 +98,9 @@ def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
 def _serve(pipe: OwnerPipe, ride_setup: RideSetup, folder: File | None) -> None:
     pipe.send(ProcessReady(done=True))
     while True:
-        request = pipe.receive()
-        if isinstance(request, TripRequest):
-            for answer in trip_answers(request, ride_setup, _weights_of(request.rider, folder)):
-                pipe.send(answer)
-        else:
-            pipe.send(preview(request, ride_setup))
+        request: TripRequest = pipe.receive()
+        for answer in trip_answers(request, ride_setup, _weights_of(request.rider, folder)):
+            pipe.send(answer)
 
 
 def _weights_of(rider: str, folder: File | None) -> FeatureVector | None:
@@ -141,15 +110,12 @@ def _weights_of(rider: str, folder: File | None) -> FeatureVector | None:
 
 
 def warm_up(ride_setup: RideSetup) -> None:
-    """Preview one wish of each kind, with a live obstacle and people that exist only here."""
+    """Plan a trip with a wish of each kind, a live obstacle and people that exist only here."""
     start, request, grid = ride_setup.route.points[0], ride_setup.request, ride_setup.grid
     obstacle = np.zeros((40, 40), dtype=np.uint8)
     obstacle[30:33, 30:33] = 1
     context = PlanningContext(
         pose=np.array([*start, 0.0]),
-        goal=request.goal,
-        wishes=(),
-        wish_origin=start,
         clearance=request.profile.clearance,
         speed=request.profile.preferred_speed,
         live=LiveObstacles(corner=np.array(grid.cells(start)), occupied=obstacle, version=1),
@@ -160,44 +126,12 @@ def warm_up(ride_setup: RideSetup) -> None:
             version=1,
         ),
     )
-    for number, wish in enumerate(warm_up_wishes(ride_setup)):
-        pickled = pickle.dumps(context)
-        preview(
-            PreviewRequest(id=number, client="", wish=wish, planning_context=pickled), ride_setup
-        )
+    pickled = pickle.dumps(context)
     goal = (float(request.goal[0]), float(request.goal[1]))
-    for wishes in ((), warm_up_wishes(ride_setup)[:1]):
+    for wishes in ((), warm_up_wishes(ride_setup)):
         trip = TripRequest(id=0, client="", goal=goal, wishes=wishes, planning_context=pickled)
         for _ in trip_answers(trip, ride_setup):
             pass
-
-
-def preview(request: PreviewRequest, ride_setup: RideSetup) -> PreviewAnswer:
-    """Plan the route with and without a wish.
-
-    Args:
-        request: Wish, and the context of the current route.
-        ride_setup: Map, chair and planner.
-    """
-    context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
-    planner = ride_setup.navigator.global_planner
-    problem = _problem(context, ride_setup)
-    wishes = (*context.wishes, request.wish)
-    wished = replace(problem, wishes=wishes, wish_origin=context.pose[:2])
-    try:
-        path = planner.plan(wished)
-    except PlanningError as error:
-        text = planning_reason(error).sentence
-        return PreviewAnswer(id=request.id, client=request.client, error=text)
-    current = _plan_or_none(planner, problem)
-    return PreviewAnswer(
-        id=request.id,
-        client=request.client,
-        points=route_view(path).points,
-        length=round(path.length, 2),
-        extra_length=round(path.length - current.length, 2) if current is not None else 0.0,
-        through=sum(_through(path, (request.wish,))),
-    )
 
 
 def trip_answers(
@@ -217,12 +151,7 @@ def trip_answers(
         weights: Learned from the rider's choices; None: too few.
     """
     context: PlanningContext = pickle.loads(request.planning_context)  # from our own process
-    problem = replace(
-        _problem(context, ride_setup),
-        goal=np.array(request.goal),
-        wishes=request.wishes,
-        wish_origin=context.pose[:2],
-    )
+    problem = _problem(request, context, ride_setup)
     measuring = FeatureParameters(speed=context.speed)
     criteria = AlternativeCriteria(measuring=measuring)
     planner = ride_setup.navigator.global_planner
@@ -318,16 +247,15 @@ def _farthest(line: Floats, other: Floats) -> tuple[float, float]:
     return round(float(x), 2), round(float(y), 2)
 
 
-def _problem(context: PlanningContext, ride_setup: RideSetup) -> RouteProblem:
-    """Return the problem of the current route."""
+def _problem(request: TripRequest, context: PlanningContext, ride_setup: RideSetup) -> RouteProblem:
     return RouteProblem(
         grid=ride_setup.grid,
         robot=ride_setup.robot,
         start=context.pose[:2],
         start_heading=float(context.pose[2]),
-        goal=context.goal,
-        wishes=context.wishes,
-        wish_origin=context.wish_origin,
+        goal=np.array(request.goal),
+        wishes=request.wishes,
+        wish_origin=context.pose[:2],
         live=context.live,
         crowding=context.crowding,
         filters=ride_setup.navigator.filters,

@@ -10,17 +10,13 @@ from cohelm.live.control.ipc import ProcessReady, ProcessSetup
 from cohelm.live.control.mission import wish_of, wishes_of
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
 from cohelm.live.messages import (
-    AddWish,
     Destination,
     PlanTrip,
     Rejected,
     Send,
     TripPlans,
-    WishPreview,
 )
 from cohelm.live.page.preview_process import (
-    PreviewAnswer,
-    PreviewRequest,
     TripAnswer,
     TripRequest,
     serve_previews,
@@ -55,9 +51,6 @@ class TripQuestion(NamedTuple):
         return self.message.id
 
 
-Question = AddWish | TripQuestion
-
-
 class RoutePreview:
     """Preview process, and the requests that wait for it.
 
@@ -72,9 +65,9 @@ class RoutePreview:
         self._ready = False
         self._lost = 0
         """Number of lost processes since the last answer."""
-        self._pending: PreviewRequest | TripRequest | None = None
+        self._pending: TripRequest | None = None
         self._requested_at = 0.0
-        self._waiting: deque[tuple[str, Question]] = deque()
+        self._waiting: deque[tuple[str, TripQuestion]] = deque()
 
     @property
     def needs_context(self) -> bool:
@@ -91,8 +84,8 @@ class RoutePreview:
         """True if the process is ready, or has failed once: the chair does not wait longer."""
         return self._ready or self._lost > 0
 
-    def request(self, client: str, question: Question) -> None:
-        """Request the cost of a wish or the routes of a trip; replaces the page's older request."""
+    def request(self, client: str, question: TripQuestion) -> None:
+        """Request the routes of a trip; replaces the page's older request."""
         if self._lost >= MAX_LOST:
             self._reject(client, question.id)
             return
@@ -138,21 +131,9 @@ class RoutePreview:
             return
         if isinstance(message, ProcessReady):
             self._ready = True
-        if isinstance(message, PreviewAnswer | TripAnswer):
-            self._lost, self._requested_at = 0, time.monotonic()
-            more = isinstance(message, TripAnswer) and not message.complete
-            self._pending = self._pending if more else None
-        if isinstance(message, PreviewAnswer):
-            answer = WishPreview(
-                id=message.id,
-                points=message.points,
-                length=message.length,
-                extra_length=message.extra_length,
-                through=message.through,
-                error=message.error,
-            )
-            self._send(answer, message.client)
         if isinstance(message, TripAnswer):
+            self._lost, self._requested_at = 0, time.monotonic()
+            self._pending = None if message.complete else self._pending
             plans = TripPlans(
                 id=message.id,
                 routes=message.routes,
@@ -190,14 +171,7 @@ class RoutePreview:
         self._send(Rejected(id=request_id, code="preview_failed", text=text), client)
 
 
-def _request_of(client: str, question: Question, context: bytes) -> PreviewRequest | TripRequest:
-    if isinstance(question, AddWish):
-        return PreviewRequest(
-            id=question.id,
-            client=client,
-            wish=wishes_of((wish_of(question, 0),))[0],
-            planning_context=context,
-        )
+def _request_of(client: str, question: TripQuestion, context: bytes) -> TripRequest:
     message, goal, rider = question
     return TripRequest(
         id=message.id,
