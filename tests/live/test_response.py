@@ -1,10 +1,7 @@
-"""Response of a rider: slow, bounded, deleted with the rides and reset by one command."""
-
-import json
+"""Response of a rider: slow, bounded, deleted with the rides and reset."""
 
 import pytest
 
-from cohelm.cli.response import response
 from cohelm.live.sessions.records import RideSummary
 from cohelm.live.sessions.response import (
     reset_response,
@@ -56,16 +53,14 @@ def test_only_learned_speeds_change_the_profile():
                          ).tight_speed == 0.3  # fmt: skip
 
 
-def test_it_is_deleted_with_the_rides_and_reset_with_one_command(tmp_path, capsys):
+def test_it_is_deleted_with_the_rides_and_reset(tmp_path):
     session = tmp_path / "20260131-142530"
     session.mkdir()
     file = session / "20260131-142530-r1.json"
     file.write_bytes(as_json(ride(1, tight_speed=0.2)))
     assert stored_response(tmp_path).tight_speed == pytest.approx(0.7)
-    assert response(tmp_path, reset=False, json=False) == 0
-    assert "0.70 m/s" in capsys.readouterr().out
-    assert response(tmp_path, reset=True, json=True) == 0
-    assert json.loads(capsys.readouterr().out)["tight_speed"] == 0.8
+    reset_response(tmp_path)
+    assert stored_response(tmp_path).tight_speed == 0.8
     (tmp_path / "response.json").unlink()
     file.unlink()
     assert stored_response(tmp_path).tight_speed == 0.8
