@@ -15,6 +15,8 @@ describe("the difference of a route", () => {
       "through North corridor, about 10 s longer, fewer people, 1 more turn",
     );
     expect(compared({ ...north, duration: 190 }, first, [])).toBe("about 3 min longer");
+    // "about 50 s" and "about 60 s" differ by what one reads, not by 14.
+    expect(compared({ ...north, duration: 62 }, { ...first, duration: 48 }, [])).toBe("about 10 s longer");
   });
 
   it("is its length where nothing else is noticed, or nothing", () => {

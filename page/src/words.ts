@@ -165,8 +165,13 @@ export function minutes(seconds: number): string {
 /** A time to come, no more exact than it is known: "about 40 s", "about 3 min". */
 export function roughly(seconds: number): string {
   if (seconds < 8) return t("unit.fewSeconds");
-  if (seconds < 95) return t("unit.aboutSeconds", { n: 5 * Math.round(seconds / 5) });
+  if (seconds < 95) return t("unit.aboutSeconds", { n: told(seconds) });
   return t("unit.aboutMinutes", { n: Math.round(seconds / 60) });
+}
+
+/** A time as it is told, s: the difference of two is that of what one reads. */
+function told(seconds: number): number {
+  return 5 * Math.round(seconds / 5);
 }
 
 /** Less than this is no difference in time, s (assumed). */
@@ -179,7 +184,7 @@ export function compared(
   places: readonly PlaceInfo[],
 ): string {
   const through = throughName(route.points, first.points, places);
-  const more = route.duration - first.duration;
+  const more = told(route.duration) - told(first.duration);
   const said = [
     ...(through ? [t("differs.through", { name: through })] : []),
     ...(Math.abs(more) >= NOTICED ? [t(`differs.time.${more > 0 ? "more" : "less"}`, { time: roughly(Math.abs(more)) })] : []),
