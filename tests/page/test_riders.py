@@ -164,7 +164,9 @@ def test_a_rider_is_created_chosen_edited_and_deleted(therapist, chair, data):
     page.get_by_label("Maximum speed, m/s").fill("0.5")
     page.get_by_role("button", name="Apply", exact=True).first.click()  # that of the limits
     rider.sees("The limits in force are not those of the preset.")
-    expect(page.get_by_text("rides now, without a destination. Applied")).to_have_count(0)  # it was true before
+    expect(page.get_by_text("rides now, without a destination. Applied")).to_have_count(
+        0
+    )  # it was true before
     (file,) = data.glob("riders/*.json")
     assert json.loads((data / "settings.json").read_text())["person"] == file.stem
     therapist.delete(NAMES[0])

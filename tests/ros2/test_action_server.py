@@ -17,7 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from test_msgs.action import Fibonacci
 
 from cohelm.errors import PlatformError
-from cohelm.ros2.nav2_actions import ActionOutcome, ActionServers, action_class
+from cohelm.ros2.nav2_actions import ActionOutcome, ActionServers
+from cohelm.ros2.rclpy_node import rclpy_class
 
 pytestmark = [
     pytest.mark.ros,
@@ -124,4 +125,4 @@ def test_a_new_goal_ends_the_old_one_without_cancelling_the_new(client):
 
 def test_a_type_that_ros_does_not_have_is_named():
     with pytest.raises(PlatformError, match="nav3-msgs"):
-        action_class("nav3_msgs/action/FollowPath")
+        rclpy_class("nav3_msgs/action/FollowPath")

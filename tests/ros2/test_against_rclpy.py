@@ -19,7 +19,7 @@ from cohelm.recordings.rides import ros_messages as ros
 from cohelm.ros2.cdr import encode
 from cohelm.ros2.dds import DdsNode
 from cohelm.ros2.parameters import DdsParameters
-from cohelm.ros2.rclpy_node import RclpyNode, message_class
+from cohelm.ros2.rclpy_node import RclpyNode, rclpy_class
 from cohelm.ros2.transport import Reliability, make_node
 from cohelm.scenarios import load_scenario
 from tests.ros2.lockstep import ride
@@ -123,7 +123,7 @@ def test_of_a_thousand_messages_none_is_lost_or_changed(connection, name):
 
 def test_a_message_type_that_ros_does_not_have_is_named():
     with pytest.raises(PlatformError, match="tf3-msgs"):
-        message_class("tf3_msgs/msg/TFMessage")
+        rclpy_class("tf3_msgs/msg/TFMessage")
 
 
 def test_rclpy_sees_what_others_publish_and_who_listens(connection):

@@ -14,7 +14,6 @@ is three services. So actions need ``rclpy``, with the middleware that its clien
 
 from __future__ import annotations
 
-import importlib
 import itertools
 import logging
 import math
@@ -27,7 +26,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.errors import CohelmError, PlatformError
+from cohelm.errors import CohelmError
 from cohelm.geometry import resample
 from cohelm.live import Drive
 from cohelm.live.messages import (
@@ -44,7 +43,7 @@ from cohelm.planning import RouteProblem
 from cohelm.recordings.rides import ros_messages as ros
 from cohelm.recordings.transforms import name
 from cohelm.ros2.parameters import Ros2Parameters
-from cohelm.ros2.rclpy_node import RclpyNode, to_rclpy
+from cohelm.ros2.rclpy_node import RclpyNode, rclpy_class, to_rclpy
 from cohelm.scenarios import Scenario, build_scenario
 
 PERIOD = 0.1
@@ -154,20 +153,6 @@ class _Server:
         if handle is self._newest:
             job.cancel()
         return ActionOutcome(False)
-
-
-def action_class(type_: str) -> Any:
-    """Return the class of an action, as ``nav2_msgs/action/FollowPath``.
-
-    Raises:
-        PlatformError: Its package is not installed.
-    """
-    package, _, name = type_.split("/")
-    try:
-        return getattr(importlib.import_module(f"{package}.action"), name)
-    except (ImportError, AttributeError) as cause:
-        install = f"ros-$ROS_DISTRO-{package.replace('_', '-')}"
-        raise PlatformError(f"no {type_} for rclpy ({cause}): install {install}") from None
 
 
 def _filled(message: Any, fields: dict[str, Any]) -> Any:
@@ -442,7 +427,7 @@ def serve_nav2(
         PlatformError: There is no ROS installation, or no package nav2_msgs.
     """
     follow, compute = (
-        action_class(f"nav2_msgs/action/{name}") for name in ("FollowPath", "ComputePathToPose")
+        rclpy_class(f"nav2_msgs/action/{name}") for name in ("FollowPath", "ComputePathToPose")
     )
     frame = parameters.frames.map or parameters.frames.odom
     page, plan = DriveClient(drive, client), planner_of(scenario)

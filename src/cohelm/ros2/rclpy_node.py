@@ -64,7 +64,7 @@ class RclpyNode:
         """
         receive = functools.partial(deliver, type_=type_, take=take)
         self._node.create_subscription(
-            message_class(type_), topic, receive, self._profile(quality), raw=True
+            rclpy_class(type_), topic, receive, self._profile(quality), raw=True
         )
 
     def publisher(self, topic: str, type_: str, quality: Reliability) -> Callable[[Any], None]:
@@ -73,7 +73,7 @@ class RclpyNode:
         Raises:
             PlatformError: The package of the type is not installed.
         """
-        made = self._node.create_publisher(message_class(type_), topic, self._profile(quality))
+        made = self._node.create_publisher(rclpy_class(type_), topic, self._profile(quality))
         self._publishers.setdefault(topic, []).append(made)
 
         def publish(message: Any) -> None:
@@ -148,15 +148,15 @@ class RclpyNode:
         )
 
 
-def message_class(type_: str) -> Any:
-    """Return the class of ``rclpy`` for a type, as ``nav_msgs/msg/Path``.
+def rclpy_class(type_: str) -> Any:
+    """Return the class of ``rclpy`` for a message or action, as ``nav_msgs/msg/Path``.
 
     Raises:
         PlatformError: Its package is not installed.
     """
-    package, _, name = type_.split("/")
+    package, kind, name = type_.split("/")
     try:
-        return getattr(importlib.import_module(f"{package}.msg"), name)
+        return getattr(importlib.import_module(f"{package}.{kind}"), name)
     except (ImportError, AttributeError) as cause:
         install = f"ros-$ROS_DISTRO-{package.replace('_', '-')}"
         raise PlatformError(f"no {type_} for rclpy ({cause}): install {install}") from None
@@ -169,4 +169,4 @@ def to_rclpy(message: Any) -> Any:
         PlatformError: The package of the type is not installed.
     """
     serialization = importlib.import_module("rclpy.serialization")
-    return serialization.deserialize_message(encode(message), message_class(message.__msgtype__))
+    return serialization.deserialize_message(encode(message), rclpy_class(message.__msgtype__))
