@@ -16,7 +16,7 @@ class Pipe:
     """A pipe with one request, after which the owner has gone."""
 
     def __init__(self):
-        self.sent, self.requests = [], [SimpleNamespace(step_id=1)]
+        self.sent, self.requests = [], [SimpleNamespace(step_id=1, rider="")]
 
     def send(self, message):
         self.sent.append(message)
@@ -38,7 +38,9 @@ def served(request, monkeypatch):
     for name in ("leave_interrupts", "end_with_owner", "build_again", "_warm_up", "warm_up"):
         monkeypatch.setattr(module, name, lambda *_, **__: (), raising=False)
     if module is preview_process:
-        return module.serve_previews, lambda work: monkeypatch.setattr(module, "preview", work)
+        return module.serve_previews, lambda work: monkeypatch.setattr(
+            module, "trip_answers", lambda *_: iter([work()])
+        )
     server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None)
     monkeypatch.setattr(module, "NavigatorServer", lambda *_: server)
     monkeypatch.setattr(module, "gc", SimpleNamespace(collect=len, freeze=list, disable=list))

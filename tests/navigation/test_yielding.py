@@ -102,7 +102,7 @@ def test_a_rider_who_agrees_is_not_yielded_to(drive):
     assert not any(t.authority.yields for t in ticks)
 
 
-def test_the_fading_near_the_goal_does_not_silence_a_rider_who_steers_away(drive, small_eta):
+def test_the_fading_near_the_goal_does_not_silence_a_rider_who_steers_away(drive):
     # the goal is 1.2 m ahead, within the 1.5 m over which η fades
     ticks, truths = drive(6.0, lambda t, truth: (0.5, 0.5), goal=(3.2, 4.0))
     led = [t for t in ticks if t.authority.yields and not t.arrived]

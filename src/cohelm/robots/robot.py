@@ -5,7 +5,6 @@ Sensor mounts: planar scanners, 3-D LiDARs and depth cameras.
 
 from __future__ import annotations
 
-import functools
 import math
 from functools import cached_property
 from importlib.resources import files
@@ -401,18 +400,12 @@ def load_robot(name_or_file: str | Path) -> Robot:
     """
     text = str(name_or_file)
     if text in robot_names():
-        return _included(text)
+        return load(Robot, Path(str(_shipped() / f"{text}.yaml")))
     if text.endswith((".yaml", ".yml")) or "/" in text:
         return load(Robot, Path(text))
     raise ConfigError(
         f"no robot is called {text!r}{nearest(text, robot_names())} (or give a .yaml file)"
     )
-
-
-@functools.cache
-def _included(name: str) -> Robot:
-    """Included robot; a scenario, its navigator and its world load the same one."""
-    return load(Robot, Path(str(_shipped() / f"{name}.yaml")))
 
 
 def _shipped() -> Any:
