@@ -8,13 +8,18 @@ from types import SimpleNamespace
 import pytest
 
 from cohelm.cli import parsing, progress
+from cohelm.cli.listings import count_people
 from cohelm.cli.report import as_json
 from cohelm.cli.requests import RunRequest
 from cohelm.cli.run import _headline
 from cohelm.cli.scenario_request import scenario_of
+from cohelm.config import read_yaml
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.crowd import pedestrian_count
+from cohelm.scenarios.scenario import scenario_names
 
 SHORT = ("run", "empty", "--set", "time_limit=1.5")
 
@@ -258,3 +263,10 @@ def test_map_prints_size_and_checks_points(cohelm, room, tmp_path):
     assert [each["fits"] for each in report["at"]] == [False, False]
     x, y = report["at"][0]["nearest"]
     assert cohelm("map", room, f"--at={x},{y}")[0] == 0
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_a_listing_counts_the_people_of_the_scenario(name):
+    scenario = load_scenario(name)
+    content = read_yaml(scenario._file)
+    assert count_people(content.get("people", {})) == pedestrian_count(scenario.people)
