@@ -7,7 +7,8 @@ import pytest
 
 from cohelm.benchmarks.rides import ablation
 from cohelm.benchmarks.rides.ablation import STEERED, VARIANTS, WHOLE, ablation_findings
-from cohelm.benchmarks.rides.cases import BenchScene, Contender, scenario_of
+from cohelm.benchmarks.rides.cases import contender_of, scene_of
+from cohelm.benchmarks.study import scenario_of
 from cohelm.benchmarks.tables import groups_of
 from cohelm.messages import Groups
 from cohelm.scenarios import build_scenario
@@ -17,29 +18,29 @@ from cohelm.testing.scenes import local_problem
 
 @pytest.mark.parametrize("name", VARIANTS)
 def test_every_variant_is_a_ride_that_can_be_set_up(name):
-    contender = Contender(name, "ss_mpc_dcbf", VARIANTS[name].settings)
-    stage = build_scenario(scenario_of(BenchScene("talking"), contender, 0), 0)
+    variant = contender_of(name, "ss_mpc_dcbf", VARIANTS[name].settings)
+    stage = build_scenario(scenario_of((scene_of("talking"), variant), 0), 0)
     assert stage.navigator.local_planner is not None
 
 
 def test_every_variant_but_the_bases_changes_something():
-    whole = scenario_of(BenchScene("talking"), Contender(WHOLE, "ss_mpc_dcbf"), 0)
-    for contender in ablation.create(scenes="talking").variants:
-        changed = scenario_of(BenchScene("talking"), contender, 0)
-        assert (changed != whole) == (contender.name != WHOLE)
+    whole = scenario_of((scene_of("talking"), contender_of(WHOLE, "ss_mpc_dcbf")), 0)
+    for variant in ablation.variants():
+        changed = scenario_of((scene_of("talking"), variant), 0)
+        assert (changed != whole) == (variant.label != WHOLE)
 
 
 def part(name, kind):
     """The part of that kind which the variant rides with."""
-    contender = Contender(name, "ss_mpc_dcbf", VARIANTS[name].settings)
+    variant = contender_of(name, "ss_mpc_dcbf", VARIANTS[name].settings)
     return getattr(
-        build_scenario(scenario_of(BenchScene("talking"), contender, 0), 0).navigator, kind
+        build_scenario(scenario_of((scene_of("talking"), variant), 0), 0).navigator, kind
     )
 
 
 def test_without_social_space_nobody_has_any():
-    contender = Contender("", "ss_mpc_dcbf", VARIANTS["no social space"].settings)
-    scenario = scenario_of(BenchScene("talking"), contender, 0)
+    variant = contender_of("", "ss_mpc_dcbf", VARIANTS["no social space"].settings)
+    scenario = scenario_of((scene_of("talking"), variant), 0)
     problem = random_problem(np.random.default_rng(2), 3).problem
     spaces = part("no social space", "social_model").spaces(
         problem.people,
@@ -64,7 +65,7 @@ def test_a_short_horizon_is_as_long_as_a_plan():
 
 
 def test_what_a_variant_is_compared_with_is_ridden_too():
-    names = {each.name for each in ablation.create(scenes="crossing").variants}
+    names = {each.label for each in ablation.variants()}
     assert {VARIANTS[name].base for name in names} <= names
     assert VARIANTS["η = 0"].base == STEERED
 

@@ -5,7 +5,6 @@ import pytest
 from tests.evaluation.sweep_rows import result
 
 from cohelm.benchmarks.rides import cards
-from cohelm.evaluation.sweeps.vary import variants_of
 
 
 def rides(count, **changes):
@@ -19,7 +18,7 @@ def rides(count, **changes):
 
 @pytest.fixture
 def bench():
-    return cards.CardsBench(("apf",), ("accompanying",), variants_of(["people.count=1,2"]))
+    return cards.create(planners="apf", cards="accompanying", vary=["people.count=1,2"])
 
 
 def test_cards_make_a_whole_report_and_name_what_is_varied(bench, tmp_path):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from cohelm.benchmarks.rides import manoeuvres
+from cohelm.benchmarks.rides.manoeuvres import draw
 from cohelm.errors import ConfigError
 from cohelm.evaluation import Outcome, run
 from cohelm.maps import distance_field
@@ -16,7 +17,7 @@ CASES = [(place, way) for place in manoeuvres.PLACES for way in ("in", "out")]
 
 
 def drawn(place, way, robot, seed):
-    return manoeuvres.ManoeuvresBench((robot,), (place,)).ride(place, way, robot, seed).load()
+    return load_scenario("lift", [f"robot={robot}", *draw(place, way, load_robot(robot), seed)])
 
 
 @pytest.mark.parametrize("robot", manoeuvres.CHAIRS)
@@ -65,7 +66,7 @@ def test_narrow_places_are_entered_and_left(place, way, robot):
 
 
 def test_the_report_judges_every_chair(tmp_path):
-    bench = manoeuvres.ManoeuvresBench(manoeuvres.CHAIRS, ("niche",))
+    bench = manoeuvres.create(places="niche")
     task = next(
         task for task in bench.tasks(range(1)) if dict(task[0].columns)["scene"].endswith("out")
     )

@@ -227,9 +227,10 @@ def test_ten_riders_ride_by_default():
     assert names[0] == "ideal"
     assert len(names) == 10
     assert not set(names) & set(WITHOUT_DESTINATION)
-    assert set(modes.create_riders().riders) == set(modes.create_corridors().riders) == set(names)
-    assert len(modes.create_riders().scenes) == 5
-    assert len(modes.create_corridors().scenes) == 4
+    for study, scenes in ((modes.create_riders(), 5), (modes.create_corridors(), 4)):
+        columns = [dict(task[0].columns) for task in study.tasks(range(1))]
+        assert {each["rider"] for each in columns} == set(names)
+        assert len({each["scene"] for each in columns}) == scenes
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
+from cohelm.benchmarks import study
 from cohelm.benchmarks.bench import Result, run_tasks
 from cohelm.benchmarks.claims import MET, MISSED, OURS, verdict_notes
 from cohelm.benchmarks.ride_claims import few_rides, judge
@@ -15,13 +16,13 @@ from cohelm.benchmarks.rides import report, rides
 from cohelm.benchmarks.rides.cases import (
     OWN_SETTINGS,
     TURNS,
-    BenchScene,
-    Contender,
+    contender_of,
     installed,
-    ride_of,
-    scenario_of,
+    scene_of,
     scenes_of,
+    turn_settings,
 )
+from cohelm.benchmarks.study import common, ride_of, scenario_of
 from cohelm.benchmarks.tables import groups_of, paired_differences, signed_text
 from cohelm.errors import ConfigError, PluginError, ScenarioError
 from cohelm.evaluation import Outcome
@@ -30,7 +31,7 @@ from cohelm.evaluation.report.statistics import Estimate, bootstrap_median, wils
 from cohelm.evaluation.sweeps import ride_row, ride_task
 from cohelm.evaluation.sweeps.ride_task import collision_speed, ride_figures
 
-PLAIN = Contender("ss_mpc_dcbf", "ss_mpc_dcbf")
+PLAIN = contender_of("ss_mpc_dcbf")
 
 
 # ---------------------------------------------------------------------------- scenes
@@ -43,7 +44,7 @@ def length(points):
 def test_the_turn_of_distracted_is_swept_over_twenty_moments():
     moments = []
     for seed in range(20):
-        (way,) = scenario_of(BenchScene("distracted"), PLAIN, seed).people.pedestrians
+        (way,) = scenario_of((scene_of("distracted"), PLAIN), seed).people.pedestrians
         *before, end, after = way.points
         assert end == (7.5, 5.8)
         assert after == (7.5, 13.0)
@@ -53,13 +54,13 @@ def test_the_turn_of_distracted_is_swept_over_twenty_moments():
 
 
 def test_the_sweep_comes_round_again_and_is_of_that_scene_alone():
-    scene = BenchScene("distracted")
-    assert scenario_of(scene, PLAIN, 3).people == scenario_of(scene, PLAIN, 23).people
-    assert math.isnan(BenchScene("crossing").turn(3))
+    rides_of = (scene_of("distracted"), PLAIN)
+    assert scenario_of(rides_of, 3).people == scenario_of(rides_of, 23).people
+    assert scene_of("crossing").drawn is None
 
 
 def test_blind_people_do_not_see_and_true_people_are_given():
-    scenario = scenario_of(BenchScene("crossing", blind=True, true_people=True), PLAIN, 0)
+    scenario = scenario_of((scene_of("crossing", blind=True, true_people=True), PLAIN), 0)
     assert not scenario.people.see_robot
     assert scenario.tracker["use"] == "given"
 
@@ -73,32 +74,32 @@ def test_who_walks_in_a_flow_or_a_group_can_be_blind_too():
     group = ("people.groups=[{points: [[7, 7]]}]", "people.pedestrians=[]")
     for name, settings in (("parallel-flow", ()), ("crossing", group)):
         (scene,) = scenes_of([name], blind=True, both=False, true_people=False, settings=settings)
-        assert scene.blind
+        assert "people.see_robot=false" in scene.settings
         (again,) = scenes_of(
             [name], blind=True, both=False, true_people=False,
             settings=(*settings, "people.see_robot=false"),
         )  # fmt: skip
-        assert not again.blind
+        assert again.settings == ()
 
 
 def test_the_gate_does_not_save_who_is_blind_to_people():
-    follower = Contender("path_follower", "path_follower")
-    assert not scenario_of(BenchScene("crossing"), follower, 0).gate.separation
-    assert scenario_of(BenchScene("crossing"), PLAIN, 0).gate.separation
+    follower = contender_of("path_follower")
+    assert not scenario_of((scene_of("crossing"), follower), 0).gate.separation
+    assert scenario_of((scene_of("crossing"), PLAIN), 0).gate.separation
 
 
 def test_a_setting_of_the_scenario_wins_over_the_scene():
-    scene = BenchScene("crossing", blind=True, settings=("people.see_robot=true",))
-    assert scenario_of(scene, PLAIN, 0).people.see_robot
+    blind, given = scene_of("crossing", blind=True), common(["people.see_robot=true"])
+    assert scenario_of((blind, *given, PLAIN), 0).people.see_robot
 
 
 def test_a_row_can_be_ridden_again():
-    contender = Contender("slow", "ss_mpc_dcbf", ("local_planner.iterations=1",))
-    words = shlex.split(ride_of(BenchScene("distracted"), contender, 4).replay)
+    slow = contender_of("slow", "ss_mpc_dcbf", ("local_planner.iterations=1",))
+    words = shlex.split(ride_of((scene_of("distracted"), slow), 4).replay)
     assert words[:5] == ["cohelm", "run", "distracted", "--seed", "4"]
-    planner, *settings = words[6::2]
-    assert planner == "local_planner.use=ss_mpc_dcbf"
-    assert settings == list(BenchScene("distracted").settings_for(contender, 4))
+    assert words[6::2] == [
+        *turn_settings(4), "local_planner.use=ss_mpc_dcbf", "local_planner.iterations=1",
+    ]  # fmt: skip
 
 
 # ---------------------------------------------------------------------------- options
@@ -167,7 +168,7 @@ def test_a_ride_that_breaks_off_is_a_row(monkeypatch, made_ride):
 
     monkeypatch.setattr(ride_task, "run", run)
     ride_task._time_empty_floor.cache_clear()
-    good, bad = (ride_row(ride_of(BenchScene("crossing"), PLAIN, seed)).row for seed in (0, 1))
+    good, bad = (ride_row(ride_of((scene_of("crossing"), PLAIN), seed)).row for seed in (0, 1))
     assert (bad["outcome"], bad["error"]) == ("error", "ZeroDivisionError: no way")
     assert list(good) == list(bad)
     ride_task._time_empty_floor.cache_clear()
@@ -182,7 +183,7 @@ def test_the_ride_alone_is_the_same_scene_with_nobody(monkeypatch, made_ride):
 
     monkeypatch.setattr(ride_task, "run", run)
     ride_task._time_empty_floor.cache_clear()
-    rows = [ride_row(ride_of(BenchScene("crossing"), PLAIN, seed)).row for seed in (3, 4)]
+    rows = [ride_row(ride_of((scene_of("crossing"), PLAIN), seed)).row for seed in (3, 4)]
     assert [row["time_empty_floor"] for row in rows] == [1.0, 1.0]  # two steps of 0.5 s
     assert asked == [(None, 3), (0, 0), (None, 4)]  # alone once
     ride_task._time_empty_floor.cache_clear()
@@ -360,12 +361,12 @@ def test_few_rides_are_called_few():
 
 
 def test_an_interrupt_keeps_whole_comparisons(monkeypatch, tmp_path):
-    def ridden(task):
+    def ridden(task, **_):
         if task.seed == 2:
             raise KeyboardInterrupt
         return Result(row(seed=task.seed, **dict(task.columns)))
 
-    monkeypatch.setattr(rides, "ride_row", ridden)
+    monkeypatch.setattr(study, "ride_row", ridden)
     chosen = rides.create(planners="ss_mpc_dcbf,path_follower", scenes="crossing")
     done = run_tasks(chosen, chosen.tasks(range(4)), tmp_path, workers=1)
     assert [(each.row["planner"], each.row["seed"]) for each in done] == [

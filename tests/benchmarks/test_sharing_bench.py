@@ -23,7 +23,7 @@ def columns(ride):
 
 def test_every_seed_has_every_scene_rider_and_mode():
     tasks = sharing.create().tasks(range(2))
-    scenes = [each.scenario for family in FAMILIES.values() for each in family.scenes]
+    scenes = [each for family in FAMILIES.values() for each in family.scenes]
     assert len(tasks) == 2 * len(scenes)
     assert [columns(task[0])["scene"] for task in tasks] == 2 * scenes
     for task in tasks:
@@ -37,10 +37,9 @@ def test_riders_take_seeds_in_turn():
     # Four seeds have four riders of a scene once each, and the same world as without turns.
     ridden = [(columns(each)["scene"], columns(each)["rider"]) for task in turns for each in task]
     for family in FAMILIES.values():
-        for scene in family.scenes:
-            for rider in scene.riders:
-                count = ridden.count((scene.scenario, rider))
-                assert count == len(MODES) * 4 // len(scene.riders)
+        for scene, riders in family.scenes.items():
+            for rider in riders:
+                assert ridden.count((scene, rider)) == len(MODES) * 4 // len(riders)
     for all_riders, one in zip(whole, turns, strict=True):
         assert len(one) == len(MODES)
         assert set(one) <= set(all_riders)
@@ -157,10 +156,8 @@ def test_the_tables_are_those_of_all_families(tmp_path, monkeypatch):
     every = [
         each
         for family, definition in FAMILIES.items()
-        for scene in definition.scenes
-        for each in results(
-            dict.fromkeys(MODES, 2), 3, family=family, scene=scene.scenario, rider=scene.riders[0]
-        )
+        for scene, riders in definition.scenes.items()
+        for each in results(dict.fromkeys(MODES, 2), 3, family=family, scene=scene, rider=riders[0])
     ]
     found = sharing_report(every, tmp_path, "title")
     assert set(found.summary["families"]) == set(FAMILIES)

@@ -12,7 +12,7 @@ import pytest
 
 from cohelm.cli import bench, progress
 from cohelm.cli.bench import BenchRequest
-from cohelm.cli.bench_commands import BENCHES
+from cohelm.cli.bench_commands import BENCHES, command_of
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps.store import read_records
 from cohelm.evaluation.sweeps.tasks import SweepState
@@ -34,11 +34,7 @@ def without_rows_of_time(folder):
 
 @pytest.mark.parametrize("name", BENCHES)
 def test_every_benchmark_has_the_common_options(name):
-    from typer.main import get_command
-
-    from cohelm.cli.bench_commands import app
-
-    known = {option for each in get_command(app).commands[name].params for option in each.opts}
+    known = {option for each in command_of(name, *BENCHES[name]).params for option in each.opts}
     assert set(COMMON) <= known
 
 

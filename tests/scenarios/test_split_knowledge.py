@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from cohelm.benchmarks.rides.sharing_families import FAMILIES, SHIFT, TURN
+from cohelm.benchmarks.rides.sharing_families import FAMILIES, SHIFT, TURN, beside_start
 from cohelm.errors import ScenarioError
 from cohelm.geometry import resample, transform
 from cohelm.maps import distance_field
@@ -15,7 +15,7 @@ from cohelm.simulation.world import view_from
 
 
 def names(*families):
-    return [scene.scenario for family in families for scene in FAMILIES[family].scenes]
+    return [scene for family in families for scene in FAMILIES[family].scenes]
 
 
 def built(name, *settings):
@@ -126,9 +126,7 @@ def test_where_hands_are_the_difficulty_the_chair_knows_map_and_goal(name):
 @pytest.mark.parametrize("name", names(*FAMILIES))
 @pytest.mark.parametrize("seed", [0, 7])
 def test_the_rider_can_get_where_the_rider_wants(name, seed):
-    scenes = [each for family in FAMILIES.values() for each in family.scenes]
-    scene = next(each for each in scenes if each.scenario == name)
-    setup = built(name, *scene.settings_for(seed))
+    setup = built(name, *beside_start(name, seed))
     change = setup.world.goal_change
     lines = [setup.world.rider_route, *([change.route] if change else [])]
     for line in lines:

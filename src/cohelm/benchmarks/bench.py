@@ -1,12 +1,13 @@
 """Contract of a benchmark: tasks from seeds, rows from each task, a report from the rows.
 
 A benchmark's module has a function ``create(**options)`` that returns a :class:`Bench`; one line in
-``cohelm.cli.bench_commands`` makes it a command. ``cohelm.evaluation.sweeps`` runs the tasks.
+``cohelm.cli.bench_commands`` makes it a command, with an option for each argument of ``create``.
+``cohelm.evaluation.sweeps`` runs the tasks.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Protocol
@@ -26,6 +27,7 @@ __all__ = [
     "Sheet",
     "SweepState",
     "Task",
+    "chosen_names",
     "known_name",
     "missing_data",
     "run_tasks",
@@ -69,6 +71,26 @@ def split_names(names: str | None, option: str) -> tuple[str, ...]:
     if names is not None and not found:
         raise ConfigError(f"names nothing ({names!r}); omit it for the default", key=option)
     return found
+
+
+def chosen_names(
+    names: str | None,
+    option: str,
+    default: Iterable[str],
+    *,
+    kind: str = "",
+    known: Collection[str] | None = None,
+) -> tuple[str, ...]:
+    """Names of an option, comma-separated, or its default.
+
+    Raises:
+        ConfigError: if it names nothing, or something that is not ``known``.
+    """
+    found = split_names(names, option)
+    if known is not None:
+        for name in found:
+            known_name(name, tuple(known), kind, option)
+    return found or tuple(default)
 
 
 def known_name(name: Any, known: Sequence[Any], kind: str, option: str) -> Any:

@@ -23,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -38,6 +38,7 @@ from cohelm.benchmarks.bench import (
     missing_data,
     split_names,
 )
+from cohelm.benchmarks.options import names, repeatable
 from cohelm.config import override, validate
 from cohelm.errors import ConfigError, PlanningError
 from cohelm.maps import (
@@ -462,7 +463,18 @@ class DestinationsBench:
 
 
 def create(
-    floors: str | None = None, goals: str | None = None, settings: Sequence[str] = ()
+    floors: Annotated[
+        str | None,
+        names("Floors of cohelm or of ros_maps in COHELM_DATA; default: hospital, utexas_gdc_3ne."),
+    ] = None,
+    goals: Annotated[
+        str | None,
+        names("uniform, habits, elsewhere (a point without a name); default: all."),
+    ] = None,
+    settings: Annotated[
+        tuple[str, ...],
+        repeatable("--set", "KEY=VALUE", "Parameter: inference.beta=2 or offers.show=0.1"),
+    ] = (),
 ) -> DestinationsBench:
     """Create the benchmark from its options.
 

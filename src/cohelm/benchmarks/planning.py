@@ -18,10 +18,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import cv2
 import numpy as np
+import typer
 from pydantic import Field
 from scipy.sparse.csgraph import dijkstra
 
@@ -35,6 +36,7 @@ from cohelm.benchmarks.claims import (
     verdict_sheet,
     verdict_summary,
 )
+from cohelm.benchmarks.options import repeatable
 from cohelm.benchmarks.planning_maps import far_apart, floor, scaled, step_graph
 from cohelm.config import Model, override, validate
 from cohelm.maps import OccupancyGrid, read_map
@@ -150,7 +152,26 @@ class PlanningBench:
 
 
 def create(
-    map_file: Path | None = None, sizes: Sequence[int] = (), settings: Sequence[str] = ()
+    map_file: Annotated[
+        Path | None,
+        typer.Option("--map", metavar="FILE.yaml", help="Map to scale; default: random floors."),
+    ] = None,
+    sizes: Annotated[
+        tuple[int, ...],
+        repeatable(
+            "--size",
+            "CELLS",
+            "Cells a side; default: 384, 1000 and 4000",
+            least=64,
+            most=20_000,
+        ),
+    ] = (),
+    settings: Annotated[
+        tuple[str, ...],
+        repeatable(
+            "--set", "KEY=VALUE", "robot, clearance, cost_weight, inflation.…, preference.…"
+        ),
+    ] = (),
 ) -> PlanningBench:
     """Create the benchmark on a map (a Nav2 YAML) or on floors, of some sizes or of all.
 

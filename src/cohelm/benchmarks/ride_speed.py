@@ -33,6 +33,7 @@ from cohelm.benchmarks.claims import (
     verdict_sheet,
     verdict_summary,
 )
+from cohelm.benchmarks.options import Planners, Scenes, Settings
 from cohelm.benchmarks.rides.cases import installed
 from cohelm.evaluation.episode.episode import Episode
 from cohelm.robots import load_robot
@@ -106,9 +107,7 @@ class SpeedBench:
         return load_scenario(scene, [*settings, *self.settings])
 
 
-def create(
-    planners: str | None = None, scenes: str | None = None, settings: Sequence[str] = ()
-) -> SpeedBench:
+def create(planners: Planners = None, scenes: Scenes = None, settings: Settings = ()) -> SpeedBench:
     """Create the benchmark from its options; names are comma-separated.
 
     Raises:

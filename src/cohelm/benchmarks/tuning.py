@@ -19,7 +19,8 @@ from pydantic import Field, model_validator
 from scipy.stats import qmc
 
 from cohelm import plugins
-from cohelm.benchmarks.rides.cases import BenchScene, Contender, scenario_of
+from cohelm.benchmarks.rides.cases import contender_of, scene_of
+from cohelm.benchmarks.study import Choice, scenario_of
 from cohelm.config import Model, read_yaml, validate
 from cohelm.errors import ConfigError
 from cohelm.evaluation.episode.episode import run
@@ -36,12 +37,12 @@ RUNGS = ((1, 2), (6, 6), (15, 18))
 LONGEST = 30.0
 """Time limit of a training ride, s: about twice that on an empty floor."""
 CYCLE = (
-    BenchScene("crossing", blind=True, true_people=True),
-    BenchScene("distracted", true_people=True),
-    BenchScene("aggressive", true_people=True),
-    BenchScene("distracted", true_people=True),
-    BenchScene("crossing", true_people=True),
-    BenchScene("corridor-2", true_people=True),
+    scene_of("crossing", blind=True, true_people=True),
+    scene_of("distracted", true_people=True),
+    scene_of("aggressive", true_people=True),
+    scene_of("distracted", true_people=True),
+    scene_of("crossing", true_people=True),
+    scene_of("corridor-2", true_people=True),
 )
 """Scenes in turn, with increasing seeds; the corridor, which takes longest, is last."""
 PARTS = ("collision", "failure", "standing", "time", "stalled", "intimate", "smoothness")
@@ -138,7 +139,7 @@ class Training:
     """Number of the ride; scene and seed follow from it."""
 
     @property
-    def scene(self) -> BenchScene:
+    def scene(self) -> Choice:
         """Scene of the ride."""
         return CYCLE[self.index % len(CYCLE)]
 
@@ -150,11 +151,11 @@ class Training:
     def ride(self) -> dict[str, Any]:
         """Ride and return the row; a fault in the planner is a row, too."""
         settings = as_settings(nested(dict(self.parameters)))
-        contender = Contender(self.planner, self.planner, settings)
+        choices = (self.scene, contender_of(self.planner, settings=settings))
         row = {"scene": self.scene.label, "seed": self.seed}
         try:
             limit = (f"time_limit={LONGEST}",)
-            ride = run(scenario_of(self.scene, contender, self.seed, limit), self.seed)
+            ride = run(scenario_of(choices, self.seed, limit), self.seed)
         except Exception as failure:  # an error makes a draw a bad one
             parts = dict.fromkeys(PARTS, 0.0) | {"failure": 20.0}
             error = f"{type(failure).__name__}: {failure}".splitlines()[0][:120]

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import tempfile
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from rich.table import Table
 from rich.text import Text
@@ -18,32 +17,16 @@ from rich.text import Text
 from cohelm.benchmarks.bench import Bench, BenchReport, Sheet, Task
 from cohelm.cli.progress import SweepProgress
 from cohelm.cli.report import ERRORS, OUTPUT, as_json, versions, write_json
+from cohelm.cli.requests import BenchRequest
 from cohelm.cli.streams import log_to_stderr
 from cohelm.errors import ConfigError
 from cohelm.evaluation.code_version import code
-from cohelm.evaluation.sweeps.identity import check_plain, options_of
+from cohelm.evaluation.sweeps.identity import canonical_text, check_plain
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.store import SweepHeader, SweepStore, check_new
 from cohelm.evaluation.sweeps.sweep import SweepResult, executor_for, sweep
 
 FAILED, INTERRUPTED = 1, 130
-
-
-class BenchRequest(NamedTuple):
-    """Options of every benchmark; None: the benchmark's own default."""
-
-    seeds: int | None = None
-    """Number of seeds, from ``first`` on."""
-    out: Path | None = None
-    workers: int | None = None
-    json: bool = False
-    first: int = 0
-    options: Mapping[str, Any] = MappingProxyType({})
-    """Options of this benchmark that are set; arguments of its ``create``."""
-    resume: bool = False
-    overwrite: bool = False
-    cluster: str | None = None
-    """``local`` or the address of a Dask scheduler; None: local processes."""
 
 
 def bench(name: str, module: str, request: BenchRequest) -> int:
@@ -70,7 +53,8 @@ def run_bench(
     """
     chosen, tasks, workers = _planned(module, request)
     folder = _folder(request.out or Path("benches") / name, request)
-    header = SweepHeader(bench=name, options=options_of(chosen), code=code())
+    options = {option: canonical_text(value) for option, value in request.options.items()}
+    header = SweepHeader(bench=name, options=options, code=code())
     with executor_for(request.cluster, workers) as executor:
         begun = SweepStore(folder, header, resume=request.resume, overwrite=request.overwrite)
         with begun as store, SweepProgress(name) as bar:
@@ -103,13 +87,28 @@ def _summary(name: str, done: SweepResult, report: BenchReport) -> Mapping[str, 
 
 def _planned(module: str, request: BenchRequest) -> tuple[Bench, Sequence[Task], int]:
     """The configured benchmark, its tasks, and the number of processes."""
-    name, _, function = module.partition(":")
-    chosen: Bench = getattr(import_module(name), function or "create")(**request.options)
+    chosen = create_of(module)(**request.options)
     seeds = chosen.SEEDS if request.seeds is None else request.seeds
     tasks = chosen.tasks(range(request.first, request.first + seeds))
     check_plain(tasks)
     _check_apart(tasks)
     return chosen, tasks, request.workers or chosen.WORKERS or os.cpu_count() or 1
+
+
+def create_of(module: str) -> Callable[..., Bench]:
+    """Function that creates a benchmark: ``module`` or ``module:function``.
+
+    Raises:
+        ConfigError: if a file of a study cannot be imported, or has no such function.
+    """
+    name, _, function = module.partition(":")
+    try:
+        found: Callable[..., Bench] = getattr(import_module(name), function or "create")
+    except Exception as cause:
+        if name.startswith("cohelm."):
+            raise
+        raise ConfigError(f"cannot be used as a study: {cause}", file=Path(f"{name}.py")) from cause
+    return found
 
 
 def _check_apart(tasks: Sequence[Task]) -> None:

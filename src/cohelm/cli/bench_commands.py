@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable
+import sys
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
-from cohelm.cli.bench_options import COMMON, for_bench, parameters
+from cohelm.cli.options import Options, command
+from cohelm.cli.requests import BenchRequest
+from cohelm.errors import ConfigError
 
 BENCHES = {
     "ablation": (
@@ -106,59 +110,63 @@ BENCHES = {
 }
 """Name → ``module`` or ``module:function`` (default ``create``) that returns a bench, and help."""
 
-OPTIONS: dict[str, tuple[str, ...]] = {
-    "ablation": ("scenes", "seeing", "true_people", "tuned", "settings"),
-    "barn": ("barn_planners", "worlds", "settings"),
-    "calm": ("ride_parts", "ride_modes", "ride_share", "settings"),
-    "cards": ("planners", "cards", "vary", "true_people", "tuned", "settings"),
-    "crowdnav": (
-        *("replay", "kinematics", "planner", "layout", "people", "caution"),
-        "driver_settings",
-    ),
-    "crowds": ("planners", "films", "true_people", "settings"),
-    "destinations": ("floors", "goals", "destination_settings"),
-    "doorways": ("riders", "modes", "settings"),
-    "faults": ("faults", "scenes", "ride_modes", "unwatched", "settings"),
-    "manoeuvres": ("robots", "places", "settings"),
-    "paper-dynamic": ("planners", "settings"),
-    "paper-global": ("global_planners", "settings"),
-    "paper-static": ("riders", "modes", "scenes", "true_people", "settings"),
-    "perception": ("perception_parts", "part_settings"),
-    "planning": ("map_file", "size", "plan_settings"),
-    "riders": ("riders", "modes", "scenes", "true_people", "settings"),
-    "rides": ("planners", "scenes", "blind", "both", "true_people", "tuned", "settings"),
-    "sharing": ("families", "modes", "rotate", "settings"),
-    "solver": ("part", "share", "solver_settings"),
-    "speed": ("planners", "scenes", "settings"),
-    "twin": ("scenes", "settings"),
-}
-"""Benchmark → its own options, by their names in ``bench_options.OWN``."""
+
+class _Benches(TyperGroup):
+    """Commands that import their benchmark when they are called; a study's file is one as well."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return (name, command, other arguments) for the arguments of ``cohelm bench``."""
+        name = args[0]
+        if name.endswith(".py"):
+            return name, command_of(Path(name).stem, module_of(Path(name))), args[1:]
+        if name in BENCHES:
+            return name, command_of(name, *BENCHES[name]), args[1:]
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
     name="bench",
+    cls=_Benches,
     help="Benchmarks: each writes its rows, a summary and its pictures to a folder.",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
 
 
-def _command(name: str, module: str) -> Callable[..., int]:
-    def command(**given: Any) -> int:
-        from cohelm.cli import bench
+def command_of(name: str, module: str, text: str = "") -> Any:
+    """Command of one benchmark, with the common options and those of its ``create``."""
+    from cohelm.cli.bench import bench, create_of
 
-        common = {option: given[option] for option in COMMON}
-        return bench.bench(name, module, bench.BenchRequest(**common, options=for_bench(given)))
+    shared = Options(BenchRequest, omit=("options",))
+    own = Options(create_of(module))
 
-    return _taking(OPTIONS.get(name, ()), command)
+    def run(**given: Any) -> int:
+        request = BenchRequest(**shared.values(given), options=own.values(given))
+        return bench(name, module, request)
+
+    single = typer.Typer(add_completion=False, rich_markup_mode="rich")
+    single.command(name, help=text)(command(run, [*shared.parameters, *own.parameters]))
+    return typer.main.get_command(single)
 
 
-def _taking(own: tuple[str, ...], command: Callable[..., int]) -> Callable[..., int]:
-    """Set the signature from which typer makes the options of the command."""
-    signature = inspect.Signature(parameters(own), return_annotation=int)
-    vars(command)["__signature__"] = signature
-    command.__annotations__ = {name: p.annotation for name, p in signature.parameters.items()}
-    return command
+def module_of(file: Path) -> str:
+    """Name by which this process and its workers import a study's file.
+
+    Raises:
+        ConfigError: if there is no such file, or a module of its name comes from elsewhere.
+    """
+    if not file.is_file():
+        raise ConfigError("there is no such file", file=file)
+    sys.path.insert(0, str(file.resolve().parent))
+    found = find_spec(file.stem)
+    if found is None or found.origin is None or not Path(found.origin).samefile(file):
+        raise ConfigError(f"a module is called {file.stem!r} already; rename the file", file=file)
+    return file.stem
+
+
+def _resolved_later() -> int:
+    raise NotImplementedError("resolve_command makes the command")
 
 
 for _name, (_module, _help) in BENCHES.items():
-    app.command(_name, help=_help)(_command(_name, _module))
+    app.command(_name, help=_help)(_resolved_later)

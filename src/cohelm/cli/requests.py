@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -302,3 +303,37 @@ class PeopleRequest:
             help="The sensor does not move, if the recording has no pose; default: estimate it.",
         ),
     ] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchRequest:
+    """Options of every benchmark; None: the benchmark's own default."""
+
+    seeds: Annotated[
+        int | None,
+        typer.Option(min=1, max=10_000, help="Number of seeds; default: that of the benchmark."),
+    ] = None
+    first: Annotated[int, typer.Option(min=0, max=2**31, help="First seed.")] = 0
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Result folder; default: benches/NAME.")
+    ] = None
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, max=256, help="Number of processes; default: that of the benchmark."),
+    ] = None
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Continue the sweep in the result folder.")
+    ] = False
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Remove the results in the folder first.")
+    ] = False
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            metavar="local|tcp://…",
+            help="Run on Dask: a local cluster of --workers processes, or a scheduler.",
+        ),
+    ] = None
+    json: Json = False
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Arguments of the benchmark's ``create``; each is an option of its command."""

@@ -9,14 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.benchmarks.rides import rides
 from cohelm.config import Model
 from cohelm.errors import ConfigError
 from cohelm.evaluation.code_version import code, code_digest, differences
 from cohelm.evaluation.sweeps.identity import (
     canonical_text,
     check_plain,
-    options_of,
     task_keys,
 )
 
@@ -68,14 +66,6 @@ def test_tasks_have_keys_of_their_own_that_are_the_same_in_every_run():
     assert len(set(keys)) == 3
     assert keys == task_keys([(1, "a"), (2, "a"), (1, "a")])
     assert keys[0] == task_keys([(1, "a")])[0]
-
-
-def test_options_tell_sweeps_apart_but_not_how_they_are_run():
-    one = rides.create(planners="dwa", scenes="crossing")
-    other = rides.create(planners="dwa", scenes="crossing", settings=["time_limit=5"])
-    assert set(options_of(one)) == {"planners", "scenes"}
-    assert options_of(one) != options_of(other)
-    assert options_of(rides) == {}
 
 
 def test_the_code_is_every_source_but_what_only_shows():

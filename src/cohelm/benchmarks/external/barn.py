@@ -13,9 +13,10 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import PatchCollection
 from matplotlib.figure import Figure
@@ -43,6 +44,7 @@ from cohelm.benchmarks.claims import (
     verdict_sheet,
     verdict_summary,
 )
+from cohelm.benchmarks.options import Settings, names
 from cohelm.errors import ConfigError
 from cohelm.evaluation.external.barn import (
     BarnOutcome,
@@ -201,14 +203,17 @@ class BarnBench:
 
 
 def create(
-    planners: str | None = None, worlds: str | None = None, settings: Sequence[str] = ()
+    planners: Annotated[
+        str | None,
+        names("Local planners; default: ss_mpc_dcbf and dwa."),
+    ] = None,
+    worlds: Annotated[
+        str | None,
+        typer.Option(metavar="N|A,B", help="A number of worlds, or indices; default: all 300."),
+    ] = None,
+    settings: Settings = (),
 ) -> BarnBench:
     """Create the benchmark from its options.
-
-    Args:
-        planners: names of local planners, comma-separated; None: ``PLANNERS``.
-        worlds: a number of worlds, spread evenly, or indices 0…299 with commas; None: all.
-        settings: ``dotted.key=value`` of the scenario that each ride is made from.
 
     Raises:
         ConfigError: if a planner or a world does not exist.

@@ -15,9 +15,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+import typer
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -33,6 +34,7 @@ from cohelm.benchmarks.claims import (
     verdict_sheet,
     verdict_summary,
 )
+from cohelm.benchmarks.options import repeatable
 from cohelm.config import override, read_yaml, validate
 from cohelm.errors import ConfigError
 from cohelm.evaluation.external.crowdnav import (
@@ -328,24 +330,32 @@ class CrowdNavBench:
 
 def create(  # each parameter is an option of the command
     *,
-    planner: str = OURS,
-    kinematics: str | None = None,
-    replay: Path | None = None,
-    layout: str | None = None,
-    people: int = 5,
-    caution: Sequence[float] = (0.0,),
-    settings: Sequence[str] = (),
+    planner: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="Local planner, or best_arc, straight, orca."),
+    ] = OURS,
+    kinematics: Annotated[
+        str | None, typer.Option(metavar="MODEL", help="unicycle or holonomic; default: both.")
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.npz", help="Recorded people; default: those in COHELM_DATA."),
+    ] = None,
+    layout: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="Own cases instead: circle or square."),
+    ] = None,
+    people: Annotated[int, typer.Option(min=1, max=20, help="Number of people in own cases.")] = 5,
+    caution: Annotated[
+        tuple[float, ...],
+        repeatable("--caution", "M", "Added to every person's radius for the planner, m"),
+    ] = (0.0,),
+    settings: Annotated[
+        tuple[str, ...],
+        repeatable("--set", "KEY=VALUE", "Parameter of the driver: planner.clearance.now=0.3"),
+    ] = (),
 ) -> CrowdNavBench:
     """Create the benchmark from its options.
-
-    Args:
-        planner: local planner; ``best_arc``: sampling alone; ``straight``, ``orca``: references.
-        kinematics: of the robot; None: both, one after the other.
-        replay: another recording.
-        layout: own cases: ``circle`` or ``square``.
-        people: number of people in own cases.
-        caution: added to every person's radius as the planner receives it, m; one row each.
-        settings: ``dotted.key=value`` of the driver, ``planner.…`` or ``predictor.…``.
 
     Raises:
         ConfigError: if a name or a setting does not exist.

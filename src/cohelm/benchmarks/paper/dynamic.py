@@ -27,8 +27,7 @@ from cohelm.benchmarks.bench import (
     BenchReport,
     Result,
     Sheet,
-    Task,
-    split_names,
+    chosen_names,
     unset,
 )
 from cohelm.benchmarks.claims import (
@@ -39,6 +38,7 @@ from cohelm.benchmarks.claims import (
     Verdict,
     bounded,
 )
+from cohelm.benchmarks.options import Planners, Settings
 from cohelm.benchmarks.ride_claims import (
     Claim,
     Ordering,
@@ -46,14 +46,14 @@ from cohelm.benchmarks.ride_claims import (
     between,
     within,
 )
-from cohelm.benchmarks.rides.cases import DYNAMIC, BenchScene, Contender, rivals
+from cohelm.benchmarks.rides.cases import DYNAMIC, TRUE_PEOPLE, contender_of, rivals, scenes_of
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish
+from cohelm.benchmarks.study import Grid, Study, axis, common
 from cohelm.benchmarks.tables import groups_of
 from cohelm.config import read_yaml
 from cohelm.evaluation.report import PaperTable
 from cohelm.evaluation.report.rides import Rides, Row
 from cohelm.evaluation.report.statistics import Estimate, bootstrap_median
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.scenarios.presets import as_settings, tuned_settings
 
 SOURCE = "Xu et al., Table 3"
@@ -252,57 +252,6 @@ ByScene = Mapping[str, Mapping[str, Rides]]
 """Scene → contender → rides."""
 
 
-@dataclass(frozen=True)
-class PaperDynamicBench:
-    """The benchmark with some planners."""
-
-    contenders: tuple[Contender, ...]
-    """``SENSED`` rides with its own sensors, all others with the true positions of people."""
-    paces: Mapping[str, tuple[str, ...]]
-    """Pace → settings of all rides at it."""
-    settings: tuple[str, ...] = ()
-    """Settings of every ride, after all others."""
-    TITLE: str = TITLE
-    SEEDS: int = 20
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, pace and scene, with the rides of all contenders.
-
-        Only the first pace, which is judged, is ridden on all seeds; the others on the first
-        ``FEWER`` of them.
-        """
-        some = seeds[: max(math.ceil(FEWER * len(seeds)), LEAST)]
-        return [
-            tuple(self.ride(contender, pace, scene, seed) for contender in self.contenders)
-            for seed in seeds
-            for pace in list(self.paces)[: None if seed in some else 1]
-            for scene in DYNAMIC
-        ]
-
-    def ride(self, contender: Contender, pace: str, scene: str, seed: int) -> RideTask:
-        """One ride."""
-        where = BenchScene(scene, true_people=contender.name != SENSED, settings=self.paces[pace])
-        return RideTask(
-            columns=(("pace", pace), ("scene", scene), ("planner", contender.name)),
-            scenario=scene,
-            settings=(
-                f"local_planner.use={contender.planner}",
-                *where.settings_for(contender, seed),
-                *self.settings,
-            ),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every contender."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Tables per pace, the fifteen cells, the paper's statements."""
-        return dynamic_report(results, folder)
-
-
 def preset() -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Settings of (all planners, ours) in the paper's scenes, from ``dynamic.yaml``.
 
@@ -321,8 +270,8 @@ def preset() -> tuple[tuple[str, ...], tuple[str, ...]]:
     return common, ours
 
 
-def create(planners: str | None = None, settings: Sequence[str] = ()) -> PaperDynamicBench:
-    """Create the benchmark from its options; planners are comma-separated.
+def create(planners: Planners = None, settings: Settings = ()) -> Study:
+    """Create the study from its options; planners are comma-separated.
 
     Ours rides with the parameters of ``dynamic.yaml``, the others with those of the common search
     where there are any.
@@ -333,19 +282,24 @@ def create(planners: str | None = None, settings: Sequence[str] = ()) -> PaperDy
     fixed = {"profile.preferred_speed": "the pace of each table", "tracker": "the rows"}
     unset(settings, {**LOCAL_PLANNERS, **fixed})
     everyone, ours = preset()
-    names = split_names(planners, "--planners") or rivals()
-    contenders = [
-        Contender(name, name, ours if name == OURS else tuned_settings(name)) for name in names
-    ]
-    if OURS in names:
-        contenders.insert(list(names).index(OURS) + 1, Contender(SENSED, OURS, ours))
-    bench = PaperDynamicBench(
-        contenders=tuple(contenders),
-        paces={SLOW: everyone, f"{NAMED:g} m/s": (*everyone, f"profile.preferred_speed={NAMED}")},
-        settings=tuple(settings),
+    paces = {SLOW: everyone, f"{NAMED:g} m/s": (*everyone, f"profile.preferred_speed={NAMED}")}
+    compared = []
+    for name in chosen_names(planners, "--planners", rivals()):
+        own = ours if name == OURS else tuned_settings(name)
+        compared.append(contender_of(name, settings=(TRUE_PEOPLE, *own)))
+        if name == OURS:
+            compared.append(contender_of(SENSED, OURS, ours))
+    plan = Grid(
+        (axis("pace", paces), scenes_of(DYNAMIC), tuple(compared), common(settings)),
+        compared=2,
+        keep=_is_ridden,
     )
-    check_rides(bench.tasks(range(1)), "local_planner")
-    return bench
+    return Study(TITLE, plan, dynamic_report).checked()
+
+
+def _is_ridden(columns: Mapping[str, str], seed: int, seeds: range) -> bool:
+    """Check that a pace is ridden on a seed: the first one always, others on ``FEWER`` seeds."""
+    return columns["pace"] == SLOW or seed in seeds[: max(math.ceil(FEWER * len(seeds)), LEAST)]
 
 
 def dynamic_report(results: Sequence[Result], folder: Path) -> BenchReport:

@@ -19,7 +19,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import yaml
@@ -27,8 +27,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from cohelm import plugins
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Floats, Shape, value
 from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.options import Settings, names
 from cohelm.benchmarks.paper.global_report import DESIRED, MEASURES, global_report
 from cohelm.errors import ConfigError, PlanningError
 from cohelm.evaluation.episode.episode import Episode
@@ -314,7 +315,13 @@ SCENE = dict.fromkeys(("map", "start", "goal", "prefer"), "the scenes")
 """Keys of a scenario that no setting may change."""
 
 
-def create(planners: str | None = None, settings: Sequence[str] = ()) -> PaperGlobalBench:
+def create(
+    planners: Annotated[
+        str | None,
+        names("Global planners, or methods of the table; default: all."),
+    ] = None,
+    settings: Settings = (),
+) -> PaperGlobalBench:
     """Create the benchmark with some methods, comma-separated, or with all.
 
     Raises:

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name
 from cohelm.benchmarks.claims import measured_notes, measured_sheets
+from cohelm.benchmarks.options import repeatable
 from cohelm.benchmarks.perception import (
     cost,
     empty_floors,
@@ -75,7 +76,20 @@ class PerceptionBench:
         )
 
 
-def create(settings: Sequence[str] = (), parts: Sequence[str] = ()) -> PerceptionBench:
+def create(
+    settings: Annotated[
+        tuple[str, ...],
+        repeatable("--set", "KEY=VALUE", "Parameter of a perception part: tracker.gate=4"),
+    ] = (),
+    parts: Annotated[
+        tuple[str, ...],
+        repeatable(
+            "--part",
+            "NAME",
+            "held_out, walking_aids, crowd, …; default: all",
+        ),
+    ] = (),
+) -> PerceptionBench:
     """Create the benchmark with some parts of the table, and settings of perception's parts.
 
     Raises:

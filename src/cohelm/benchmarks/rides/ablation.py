@@ -10,20 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.benchmarks.bench import BenchReport, Result, Task, split_names, unset
+from cohelm.benchmarks.bench import BenchReport, Result, chosen_names, unset
 from cohelm.benchmarks.claims import ENOUGH, OURS
-from cohelm.benchmarks.rides.cases import (
-    BenchScene,
-    Contender,
-    comparisons,
-    scenario_of,
-    scenes_of,
-)
+from cohelm.benchmarks.options import Scenes, Settings, TruePeople, Tuned, flag
+from cohelm.benchmarks.rides.cases import contender_of, scenes_of
 from cohelm.benchmarks.rides.report import MEASURES, Findings, ReportSpec, finish
+from cohelm.benchmarks.study import Axis, Grid, Study, common
 from cohelm.benchmarks.tables import (
     as_dict,
     differences_sheet,
@@ -35,7 +32,6 @@ from cohelm.benchmarks.tables import (
 )
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.report.statistics import Estimate, bootstrap_mean
-from cohelm.evaluation.sweeps import ride_row
 from cohelm.scenarios.presets import tuned_settings
 from cohelm.scenarios.scenario import PARTS
 
@@ -130,61 +126,46 @@ SPEC = ReportSpec(
 )
 
 
-@dataclass(frozen=True)
-class AblationBench:
-    """The benchmark with some variants in some scenes."""
-
-    variants: tuple[Contender, ...]
-    scenes: tuple[BenchScene, ...]
-    TITLE: str = TITLE
-    SEEDS: int = 20
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed and scene."""
-        return comparisons(self.scenes, self.variants, seeds)
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every variant."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Difference of each variant from its base, over all scenes and scene by scene."""
-        groups = groups_of([result.row for result in results])
-        return finish(results, folder, SPEC, ablation_findings(groups), groups)
-
-
 def create(
-    scenes: str | None = None,
-    settings: Sequence[str] = (),
+    scenes: Scenes = None,
+    settings: Settings = (),
     *,
-    blind: bool = True,
-    true_people: bool = False,
-    tuned: bool = False,
-) -> AblationBench:
-    """Create the benchmark from its options; names are comma-separated.
+    seeing: Annotated[
+        bool, flag("--seeing", "People see the chair as the scenario specifies.")
+    ] = False,
+    true_people: TruePeople = False,
+    tuned: Tuned = False,
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ScenarioError, PluginError, ConfigError: if a scene or a setting does not exist.
     """
-    unset(settings, {"people.see_robot": "--seeing"} if blind else {})
-    requested = scenes_of(
-        split_names(scenes, "--scenes") or SCENES,
-        blind=blind,
-        both=False,
+    unset(settings, {} if seeing else {"people.see_robot": "--seeing"})
+    ridden = scenes_of(
+        chosen_names(scenes, "--scenes", SCENES),
+        blind=not seeing,
         true_people=true_people,
         settings=tuple(settings),
     )
+    plan = Grid((ridden, common(settings), variants(tuned=tuned)))
+    return Study(TITLE, plan, ablation_report).checked()
+
+
+def variants(*, tuned: bool = False) -> Axis:
+    """Axis of ``VARIANTS``; ``tuned``: with the parameters of the common search."""
     best = tuned_settings(OURS) if tuned else ()
-    contenders = tuple(
-        Contender(name=name, planner=OURS, settings=(*best, *variant.settings))
+    return tuple(
+        contender_of(name, OURS, (*best, *variant.settings))
         for name, variant in VARIANTS.items()
         if not _is_default(variant)
     )
-    for scene in requested:
-        for contender in contenders:
-            scenario_of(scene, contender, 0)
-    return AblationBench(variants=contenders, scenes=requested)
+
+
+def ablation_report(results: Sequence[Result], folder: Path) -> BenchReport:
+    """Difference of each variant from its base, over all scenes and scene by scene."""
+    groups = groups_of([result.row for result in results])
+    return finish(results, folder, SPEC, ablation_findings(groups), groups)
 
 
 def _is_default(variant: Ablation) -> bool:

@@ -8,21 +8,16 @@ passages of one of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
-from cohelm.benchmarks.bench import (
-    BenchReport,
-    Result,
-    Task,
-    known_name,
-    missing_data,
-    split_names,
-    unset,
-)
+import typer
+
+from cohelm.benchmarks.bench import Result, chosen_names, known_name, missing_data, unset
+from cohelm.benchmarks.options import Modes, Settings, repeatable
 from cohelm.benchmarks.rides.calm_report import calm_report
 from cohelm.benchmarks.rides.false_alarms import AlarmWatch
 from cohelm.benchmarks.rides.floor_draws import (
@@ -32,6 +27,7 @@ from cohelm.benchmarks.rides.floor_draws import (
     floor_settings,
     known_floor,
 )
+from cohelm.benchmarks.study import Study
 from cohelm.errors import ConfigError
 from cohelm.evaluation import run
 from cohelm.evaluation.episode.ride import Ride
@@ -87,47 +83,39 @@ class Case(NamedTuple):
     """Start and goal on the map; None: those that the seed draws."""
 
 
-@dataclass(frozen=True)
-class CalmBench:
-    """The benchmark with some of its parts."""
+def _plan(
+    parts: Sequence[str],
+    share: float,
+    modes: Sequence[str],
+    settings: tuple[str, ...],
+    seeds: range,
+) -> list[tuple[RideTask]]:
+    """One task per ride: part by part, in each part seed by seed."""
+    return [
+        (
+            RideTask(
+                columns=(("part", name), ("scene", case.scene), ("mode", mode)),
+                scenario=SCENARIO,
+                settings=(
+                    f"mode={mode}",
+                    *(() if mode == AUTONOMOUS else (f"rider.use={RIDER}",)),
+                    *PARTS[name].settings,
+                    *placed,
+                    *settings,
+                ),
+                seed=case.seed,
+            ),
+        )
+        for name in parts
+        for case in _some(cases_of(name, seeds[: PARTS[name].seeds]), share)
+        if (placed := _placed(case)) is not None
+        for mode in modes or PARTS[name].modes
+    ]
 
-    parts: tuple[str, ...]
-    share: float = 1.0
-    """Share of the usual number of rides of each part; each has one at least."""
-    modes: tuple[str, ...] = ()
-    """Modes of all parts; empty: those of each part."""
-    settings: tuple[str, ...] = ()
-    TITLE: str = TITLE
-    SEEDS: int = 40
-    WORKERS: int | None = None
 
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per ride: part by part, in each part seed by seed."""
-        return [(ride,) for part in self.parts for ride in self._rides(part, seeds)]
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride."""
-        return [_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Table of all parts, and the failed rides with their commands."""
-        return calm_report(results, folder, self.TITLE)
-
-    def _rides(self, name: str, seeds: range) -> Iterator[RideTask]:
-        part = PARTS[name]
-        cases = cases_of(name, seeds[: part.seeds])
-        for case in cases[: max(1, math.ceil(self.share * len(cases)))]:
-            placed = _placed(case)
-            if placed is None:
-                continue
-            for mode in self.modes or part.modes:
-                rider = () if mode == AUTONOMOUS else (f"rider.use={RIDER}",)
-                yield RideTask(
-                    columns=(("part", name), ("scene", case.scene), ("mode", mode)),
-                    scenario=SCENARIO,
-                    settings=(f"mode={mode}", *rider, *part.settings, *placed, *self.settings),
-                    seed=case.seed,
-                )
+def _some(cases: list[Case], share: float) -> list[Case]:
+    """First cases: a share of them, but one at least."""
+    return cases[: max(1, math.ceil(share * len(cases)))]
 
 
 def cases_of(part: str, seeds: range) -> list[Case]:
@@ -160,21 +148,25 @@ def floor_files() -> list[Path]:
 
 
 def create(
-    part: Sequence[str] = (),
-    modes: str | None = None,
-    share: float = 1.0,
-    settings: Sequence[str] = (),
-) -> CalmBench:
-    """Create the benchmark from its options; without parts, all whose data there is.
+    part: Annotated[
+        tuple[str, ...],
+        repeatable("--part", "NAME", "hospital, blind, floors or narrow; default: all"),
+    ] = (),
+    modes: Modes = None,
+    share: Annotated[
+        float, typer.Option(min=0.001, max=1.0, help="Share of the usual number of rides.")
+    ] = 1.0,
+    settings: Settings = (),
+) -> Study:
+    """Create the study from its options; without parts, all whose data there is.
 
     Raises:
         ConfigError, PluginError, ScenarioError: if a part, a mode or a setting does not exist, or
             the maps of a part that is named are missing.
     """
     unset(settings, {"mode": "--modes"})
-    chosen_modes = split_names(modes, "--modes")
-    for mode in chosen_modes:
-        known_name(mode, [each.value for each in Mode], "mode", "--modes")
+    known = [each.value for each in Mode]
+    driven = chosen_names(modes, "--modes", (), kind="mode", known=known)
     for name in part:
         known_name(name, tuple(PARTS), "part", "--part")
     there = outside_file(MAPS) is not None
@@ -183,9 +175,13 @@ def create(
     )
     if any(PARTS[name].needs_maps for name in parts):
         floor_files()
-    bench = CalmBench(parts, share, chosen_modes, tuple(settings))
-    check_rides([(RideTask((), SCENARIO, bench.settings, 0),)], "local_planner")
-    return bench
+    check_rides([(RideTask((), SCENARIO, tuple(settings), 0),)], "local_planner")
+    plan = partial(_plan, parts, share, driven, tuple(settings))
+    return Study(TITLE, plan, partial(calm_report, title=TITLE), _rides, SEEDS=40)
+
+
+def _rides(task: Sequence[RideTask]) -> list[Result]:
+    return [_row(each) for each in task]
 
 
 def _row(task: RideTask) -> Result:

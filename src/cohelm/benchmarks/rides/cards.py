@@ -6,25 +6,30 @@ A card is an everyday situation that is difficult for robots.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
-from cohelm.benchmarks.bench import LOCAL_PLANNERS, BenchReport, Result, Task, split_names, unset
-from cohelm.benchmarks.claims import OURS
-from cohelm.benchmarks.ride_claims import (
-    few_rides,
+from cohelm.benchmarks.bench import (
+    LOCAL_PLANNERS,
+    BenchReport,
+    Result,
+    chosen_names,
+    split_names,
+    unset,
 )
-from cohelm.benchmarks.rides.cases import OWN_SETTINGS, installed
+from cohelm.benchmarks.claims import OURS
+from cohelm.benchmarks.options import Planners, Settings, TruePeople, Tuned, names, repeatable
+from cohelm.benchmarks.ride_claims import few_rides
+from cohelm.benchmarks.rides.cases import TRUE_PEOPLE, installed, planners_of
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish
+from cohelm.benchmarks.study import Choice, Grid, Study, common, varied
 from cohelm.benchmarks.tables import figures, matrix_table
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.report.summary import case_name
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
-from cohelm.evaluation.sweeps.vary import SettingVariant, columns_of, variants_of
 from cohelm.scenarios.collection import Collection
-from cohelm.scenarios.presets import tuned_settings
 from cohelm.scenarios.scenario import load_scenario, scenario_names
 
 TITLE = "Social navigation cards, all local planners (Francis et al. 2023)"
@@ -48,61 +53,6 @@ LIMITATIONS = (
 )
 
 
-@dataclass(frozen=True)
-class CardsBench:
-    """The benchmark with some planners on some cards."""
-
-    planners: tuple[str, ...]
-    cards: tuple[str, ...]
-    variants: tuple[SettingVariant, ...] = (SettingVariant(),)
-    settings: tuple[str, ...] = ()
-    """Settings of every ride, before those that are varied."""
-    tuned: bool = False
-    TITLE: str = TITLE
-    SEEDS: int = 5
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, variant and card, with the rides of all planners."""
-        return [
-            tuple(self.ride(planner, card, variant, seed) for planner in self.planners)
-            for seed in seeds
-            for variant in self.variants
-            for card in self.cards
-        ]
-
-    def ride(self, planner: str, card: str, variant: SettingVariant, seed: int) -> RideTask:
-        """One ride."""
-        return RideTask(
-            columns=((CARD, Path(card).stem), *variant.columns, (PLANNER, planner)),
-            scenario=card,
-            settings=(
-                f"local_planner.use={planner}",
-                *OWN_SETTINGS.get(planner, ()),
-                *(tuned_settings(planner) if self.tuned else ()),
-                *self.settings,
-                *variant.settings,
-            ),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every planner."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Arrivals, contacts, distances and times, card by card."""
-        by = (CARD, *columns_of(self.variants), PLANNER)
-        rides = Rides([result.row for result in results], by)
-        groups = {case_name(case, by): each for case, each in rides.split().items()}
-        notes = [*few_rides(groups), *_failures(groups), *_beside(groups)]
-        summary = {case: figures(each, MEASURES) for case, each in groups.items()}
-        spec = ReportSpec(title=TITLE, by=by, page=MEASURES, limitations=LIMITATIONS)
-        sheets = tuple(matrix_table(rides, name) for name in TABLES)
-        found = Findings(sheets, tuple(notes), {"cards": summary})
-        return finish(results, folder, spec, found, groups)
-
-
 def known_cards() -> tuple[str, ...]:
     """Cards that come with cohelm."""
     return tuple(
@@ -111,32 +61,49 @@ def known_cards() -> tuple[str, ...]:
 
 
 def create(
-    planners: str | None = None,
-    cards: str | None = None,
-    settings: Sequence[str] = (),
-    vary: Sequence[str] = (),
+    planners: Planners = None,
+    cards: Annotated[str | None, names("Cards by name or file; default: all.")] = None,
+    settings: Settings = (),
+    vary: Annotated[
+        tuple[str, ...],
+        repeatable("--vary", "KEY=A,B,C", "Ride with each value; the key becomes a column"),
+    ] = (),
     *,
-    true_people: bool = False,
-    tuned: bool = False,
-) -> CardsBench:
-    """Create the benchmark from its options; names are comma-separated.
+    true_people: TruePeople = False,
+    tuned: Tuned = False,
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ScenarioError, PluginError, ConfigError: if a card, a planner or a key does not exist.
     """
-    variants = variants_of(vary)
-    varied = [each for variant in variants for each in variant.settings]
-    unset([*settings, *varied], LOCAL_PLANNERS)
-    given = ("tracker.use=given",) if true_people else ()
-    bench = CardsBench(
-        planners=split_names(planners, "--planners") or installed(),
-        cards=split_names(cards, "--cards") or known_cards(),
-        variants=variants,
-        settings=(*given, *settings),
-        tuned=tuned,
+    variants = varied(vary)
+    unset([*settings, *(each for v in variants for each in v.settings)], LOCAL_PLANNERS)
+    known = (TRUE_PEOPLE,) if true_people else ()
+    ridden = tuple(
+        Choice(((CARD, Path(card).stem),), known, card)
+        for card in split_names(cards, "--cards") or known_cards()
     )
-    check_rides(bench.tasks(range(1)), "local_planner")
-    return bench
+    compared = planners_of(chosen_names(planners, "--planners", installed()), tuned=tuned)
+    by = (CARD, *(key for key, _ in variants[0].columns), PLANNER)
+    return Study(
+        TITLE,
+        Grid((ridden, compared, common(settings), variants), compared=3),
+        partial(cards_report, by=by),
+        SEEDS=5,
+    ).checked()
+
+
+def cards_report(results: Sequence[Result], folder: Path, by: tuple[str, ...]) -> BenchReport:
+    """Arrivals, contacts, distances and times, card by card."""
+    rides = Rides([result.row for result in results], by)
+    groups = {case_name(case, by): each for case, each in rides.split().items()}
+    notes = [*few_rides(groups), *_failures(groups), *_beside(groups)]
+    summary = {case: figures(each, MEASURES) for case, each in groups.items()}
+    spec = ReportSpec(title=TITLE, by=by, page=MEASURES, limitations=LIMITATIONS)
+    sheets = tuple(matrix_table(rides, name) for name in TABLES)
+    found = Findings(sheets, tuple(notes), {"cards": summary})
+    return finish(results, folder, spec, found, groups)
 
 
 def _failures(groups: dict[str, dict[str, Rides]]) -> list[str]:

@@ -1,18 +1,18 @@
-"""Scenes and contenders of benchmarks, and the rides that they make."""
+"""Axes of studies: scenes, with what people and chair know of each other, and local planners."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
 from cohelm import plugins
 from cohelm.benchmarks.claims import OURS
-from cohelm.evaluation.sweeps import RideTask
+from cohelm.benchmarks.study import Axis, Choice
 from cohelm.scenarios.crowd import pedestrian_count
 from cohelm.scenarios.pedestrian_spec import FlowSpec, GroupSpec, PedestrianSpec
+from cohelm.scenarios.presets import tuned_settings
 from cohelm.scenarios.scenario import Scenario, load_scenario
 
 DYNAMIC = ("crossing", "aggressive", "distracted")
@@ -22,128 +22,89 @@ TURNS = np.linspace(-1.9, 1.9, 20)
 OWN_SETTINGS = {"path_follower": ("gate.separation=false",)}
 """Settings of a planner's rides: the gate must not protect a planner that ignores people."""
 
+TRUE_PEOPLE = "tracker.use=given"
+"""Setting: the chair receives the true positions of people instead of detecting them."""
+
 _TURNER_SPEED = 1.1
 _TURNER_START, _TURNER_END = (7.5, 13.0), (7.5, 5.8)
 """As in ``distracted.yaml``, m/s and m."""
 
 
-@dataclass(frozen=True)
-class Contender:
-    """A local planner with its settings."""
-
-    name: str
-    """Name in the tables."""
-    planner: str
-    settings: tuple[str, ...] = ()
-    """``dotted.key=value`` of planner and scenario alike."""
+def contender_of(name: str, planner: str = "", settings: Iterable[str] = ()) -> Choice:
+    """Local planner under a name, by default its own, with settings of planner and scenario."""
+    planner = planner or name
+    use = f"local_planner.use={planner}"
+    return Choice((("planner", name),), (use, *OWN_SETTINGS.get(planner, ()), *settings))
 
 
-@dataclass(frozen=True)
-class BenchScene:
-    """A scenario, and how its people and the chair perceive each other."""
-
-    scenario: str
-    """Name or file."""
-    blind: bool = False
-    """People do not see the chair, also if the scenario specifies that they do."""
-    true_people: bool = False
-    """The chair receives the true positions of people instead of detecting them."""
-    settings: tuple[str, ...] = ()
-
-    @property
-    def label(self) -> str:
-        """Name in the tables."""
-        name = Path(self.scenario).stem if self.scenario.endswith((".yaml", ".yml")) else None
-        return f"{name or self.scenario}{', blind' if self.blind else ''}"
-
-    def settings_for(self, contender: Contender, seed: int) -> tuple[str, ...]:
-        """All settings of one ride; later ones override earlier ones."""
-        sight = ("people.see_robot=false",) if self.blind else ()
-        given = ("tracker.use=given",) if self.true_people else ()
-        own = OWN_SETTINGS.get(contender.planner, ())
-        return (*sight, *given, *self._turn(seed), *own, *self.settings, *contender.settings)
-
-    def turn(self, seed: int) -> float:
-        """Delay of the turn, s; NaN in a scene without one."""
-        return float(TURNS[seed % len(TURNS)]) if self.scenario == "distracted" else np.nan
-
-    def _turn(self, seed: int) -> tuple[str, ...]:
-        """Waypoints of the person of ``distracted`` for the seed's turn.
-
-        For an early turn the person starts farther along; for a late one it walks along the wall
-        first.
-        """
-        shift = self.turn(seed)
-        if np.isnan(shift):
-            return ()
-        away = _TURNER_SPEED * shift
-        (x, y), end = _TURNER_START, _TURNER_END
-        start = [(x, y + away)] if away < 0.0 else [(x + away, y), (x, y)]
-        points = [[round(float(c), 3) for c in p] for p in (*start, end, (x, y))]
-        return (f"people.pedestrians=[{{points: {points}}}]",)
-
-
-def scenario_of(
-    scene: BenchScene, contender: Contender, seed: int, more: Iterable[str] = ()
-) -> Scenario:
-    """Load the scenario of one ride.
-
-    Raises:
-        ScenarioError, PluginError: see :func:`~cohelm.scenarios.scenario.load_scenario`.
-    """
-    settings = [*scene.settings_for(contender, seed), *more]
-    return load_scenario(scene.scenario, settings, {"local_planner": contender.planner})
-
-
-def ride_of(scene: BenchScene, contender: Contender, seed: int) -> RideTask:
-    """Ride of one contender, compared by ``scene`` and ``planner``."""
-    return RideTask(
-        columns=(("scene", scene.label), ("planner", contender.name)),
-        scenario=scene.scenario,
-        settings=(f"local_planner.use={contender.planner}", *scene.settings_for(contender, seed)),
-        seed=seed,
+def planners_of(names: Iterable[str], *, tuned: bool = False) -> Axis:
+    """Axis of local planners; ``tuned``: with the parameters of one search for all."""
+    return tuple(
+        contender_of(name, settings=tuned_settings(name) if tuned else ()) for name in names
     )
 
 
-def comparisons(
-    scenes: Sequence[BenchScene], contenders: Sequence[Contender], seeds: range
-) -> list[tuple[RideTask, ...]]:
-    """One task per seed and scene, so that an interrupt leaves complete comparisons."""
-    return [
-        tuple(ride_of(scene, each, seed) for each in contenders)
-        for seed in seeds
-        for scene in scenes
-    ]
+def scene_of(scenario: str, *, blind: bool = False, true_people: bool = False) -> Choice:
+    """Scenario, and how its people and the chair perceive each other.
+
+    Args:
+        scenario: name or file.
+        blind: people do not see the chair, also if the scenario specifies that they do.
+        true_people: the chair receives the true positions of people instead of detecting them.
+    """
+    sight = ("people.see_robot=false",) if blind else ()
+    given = (TRUE_PEOPLE,) if true_people else ()
+    stem = Path(scenario).stem if scenario.endswith((".yaml", ".yml")) else scenario
+    return Choice(
+        columns=(("scene", f"{stem}{', blind' if blind else ''}"),),
+        settings=(*sight, *given),
+        scenario=scenario,
+        drawn=turn_settings if scenario == "distracted" else None,
+    )
+
+
+def turn_settings(seed: int) -> tuple[str, ...]:
+    """Waypoints of the person of ``distracted`` for the seed's turn.
+
+    For an early turn the person starts farther along; for a late one it walks along the wall first.
+    """
+    away = _TURNER_SPEED * float(TURNS[seed % len(TURNS)])
+    (x, y), end = _TURNER_START, _TURNER_END
+    start = [(x, y + away)] if away < 0.0 else [(x + away, y), (x, y)]
+    points = [[round(float(c), 3) for c in p] for p in (*start, end, (x, y))]
+    return (f"people.pedestrians=[{{points: {points}}}]",)
 
 
 def scenes_of(
-    scenarios: Iterable[str],
+    names: Iterable[str],
     *,
-    blind: bool,
-    both: bool,
-    true_people: bool,
+    blind: bool = False,
+    both: bool = False,
+    true_people: bool = False,
     settings: tuple[str, ...] = (),
-) -> tuple[BenchScene, ...]:
-    """Requested scenes, each once; a scenario whose people are blind anyway is not ridden twice.
+) -> Axis:
+    """Axis of scenarios, each once; one whose people are blind anyway is not ridden twice.
 
     Args:
-        scenarios: names or files.
-        blind: people do not see the chair.
+        names: scenarios by name or file.
+        blind: see :func:`scene_of`.
         both: once as the scenario specifies, once blind.
-        true_people: see :class:`BenchScene`.
-        settings: of every ride.
+        true_people: see :func:`scene_of`.
+        settings: of every ride, which may blind the people.
 
     Raises:
         ScenarioError: if a scenario does not load.
     """
-    out = []
-    for name in dict.fromkeys(scenarios):
-        for without_sight in (False, True) if both else (blind,):
-            changed = without_sight and _anyone_sees(load_scenario(name, settings))
-            out.append(
-                BenchScene(scenario=name, blind=changed, true_people=true_people, settings=settings)
-            )
-    return tuple(dict.fromkeys(out))
+    out = {
+        scene_of(
+            name,
+            blind=unseeing and _anyone_sees(load_scenario(name, settings)),
+            true_people=true_people,
+        ): None
+        for name in dict.fromkeys(names)
+        for unseeing in ((False, True) if both else (blind,))
+    }
+    return tuple(out)
 
 
 def installed() -> tuple[str, ...]:

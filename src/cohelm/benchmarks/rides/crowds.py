@@ -9,27 +9,24 @@ person who appears in front of the wheels cannot be avoided.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
-from cohelm.benchmarks.bench import LOCAL_PLANNERS, BenchReport, Result, Task, split_names, unset
+from cohelm.benchmarks.bench import LOCAL_PLANNERS, chosen_names, unset
 from cohelm.benchmarks.claims import Bound
-from cohelm.benchmarks.ride_claims import (
-    Requirement,
-)
-from cohelm.benchmarks.rides.cases import OWN_SETTINGS, Contender, rivals
+from cohelm.benchmarks.options import Planners, Settings, TruePeople, names
+from cohelm.benchmarks.ride_claims import Requirement
+from cohelm.benchmarks.rides.cases import TRUE_PEOPLE, planners_of, rivals
 from cohelm.benchmarks.rides.report import ReportSpec, ride_report
+from cohelm.benchmarks.study import Choice, Grid, Study, common
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.evaluation.external.crossings import NEAR, crossing
 from cohelm.evaluation.metrics.measures import REPORTED
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.recordings import Trajectories, read_trajectories
 from cohelm.recordings.outside_data import outside_data
-from cohelm.scenarios.presets import tuned_settings
 
 TITLE = "Local planners across filmed crowds, which do not react"
 SCENARIO = "filmed"
@@ -58,54 +55,6 @@ SPEC = ReportSpec(
         "nearer.",
     ),
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class CrowdsBench:
-    """The benchmark with some planners and films."""
-
-    contenders: tuple[Contender, ...]
-    films: tuple[str, ...]
-    """Names or files."""
-    true_people: bool = False
-    """The chair receives the true positions of people instead of detecting them."""
-    settings: tuple[str, ...] = ()
-    TITLE: str = TITLE
-    SEEDS: int = 20
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed and film, with the rides of all planners."""
-        return [
-            tuple(self.ride(contender, film, seed) for contender in self.contenders)
-            for seed in seeds
-            for film in self.films
-        ]
-
-    def ride(self, contender: Contender, film: str, seed: int) -> RideTask:
-        """One ride."""
-        given = ("tracker.use=given",) if self.true_people else ()
-        return RideTask(
-            columns=(("scene", f"{Path(film).stem}, replayed"), ("planner", contender.name)),
-            scenario=SCENARIO,
-            settings=(
-                f"local_planner.use={contender.planner}",
-                *OWN_SETTINGS.get(contender.planner, ()),
-                *crossing_settings(film, seed),
-                *given,
-                *self.settings,
-                *contender.settings,
-            ),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every planner."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Table per film, paired differences, verdicts."""
-        return ride_report(results, folder, SPEC)
 
 
 def crossing_settings(film: str, seed: int) -> tuple[str, ...]:
@@ -152,27 +101,35 @@ def _film(film: str) -> Trajectories:
 
 
 def create(
-    planners: str | None = None,
-    films: str | None = None,
-    settings: Sequence[str] = (),
+    planners: Planners = None,
+    films: Annotated[
+        str | None,
+        names("zara01, eth, or files of trajectories; default: both films."),
+    ] = None,
+    settings: Settings = (),
     *,
-    true_people: bool = False,
-) -> CrowdsBench:
-    """Create the benchmark from its options; names are comma-separated.
+    true_people: TruePeople = False,
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ConfigError, PluginError, RecordingError, ScenarioError: if a planner, a film or a setting
             does not exist.
     """
     unset(settings, LOCAL_PLANNERS)
-    names = split_names(planners, "--planners") or rivals()
-    bench = CrowdsBench(
-        contenders=tuple(Contender(name, name, tuned_settings(name)) for name in names),
-        films=split_names(films, "--films") or FILMS,
-        true_people=true_people,
-        settings=tuple(settings),
-    )
-    for film in bench.films:
+    known = (TRUE_PEOPLE,) if true_people else ()
+    names = chosen_names(films, "--films", FILMS)
+    for film in names:
         _film(film)
-    check_rides(bench.tasks(range(1))[:1], "local_planner")
-    return bench
+    crossed = tuple(
+        Choice(
+            columns=(("scene", f"{Path(film).stem}, replayed"),),
+            settings=known,
+            scenario=SCENARIO,
+            drawn=partial(crossing_settings, film),
+        )
+        for film in names
+    )
+    compared = planners_of(chosen_names(planners, "--planners", rivals()), tuned=True)
+    plan = Grid((crossed, common(settings), compared))
+    return Study(TITLE, plan, partial(ride_report, spec=SPEC)).checked()

@@ -6,23 +6,23 @@ stand beside it. A seed moves and turns the start, and draws people, sensor nois
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import partial
 
 from cohelm import plugins
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.bench import chosen_names, unset
 from cohelm.benchmarks.claims import NONE, Bound
+from cohelm.benchmarks.options import Modes, Riders, Settings
 from cohelm.benchmarks.ride_claims import Requirement
 from cohelm.benchmarks.rides.modes import (
     ALL_RIDES,
-    MODES,
     WITHOUT_DESTINATION,
     Experiment,
+    modes_of,
     modes_report,
+    riders_of,
 )
-from cohelm.benchmarks.rides.sharing_families import SplitScene
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.benchmarks.rides.sharing_families import beside_start
+from cohelm.benchmarks.study import Choice, Grid, Study, common, ride_all
 
 SCENES = ("doorway-oncoming", "doorway-standing")
 RIDERS = ("one_switch", "eight_directions", "ideal", "tremor")
@@ -47,67 +47,29 @@ COMPARED = {
 """Keys that cannot be set for all rides → what sets them."""
 
 
-@dataclass(frozen=True)
-class DoorwaysBench:
-    """The benchmark with some riders and modes."""
-
-    riders: tuple[str, ...]
-    modes: tuple[str, ...]
-    settings: tuple[str, ...] = ()
-    TITLE: str = DOORWAYS.title
-    SEEDS: int = DOORWAYS.seeds
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, scene, width and rider, with the rides of all modes."""
-        return [
-            tuple(self.ride(scene, width, rider, mode, seed) for mode in self.modes)
-            for seed in seeds
-            for scene in DOORWAYS.scenes
-            for width in WIDTHS
-            for rider in self.riders
-        ]
-
-    def ride(self, scene: str, width: float, rider: str, mode: str, seed: int) -> RideTask:
-        """One ride; nothing but the mode differs between those of one task."""
-        return RideTask(
-            columns=(("scene", f"{scene}, {width:.2f} m"), ("rider", rider), ("mode", mode)),
-            scenario=scene,
-            settings=(
-                f"floor_plan.doors.0.width={width}",
-                f"rider.use={rider}",
-                f"mode={mode}",
-                *SplitScene(scene).settings_for(seed),
-                *self.settings,
-            ),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride in every mode."""
-        return [ride_row(each, empty_floor=False) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Tables by mode, scene and rider, and verdicts."""
-        return modes_report(results, folder, DOORWAYS)
-
-
-def create(
-    riders: str | None = None, modes: str | None = None, settings: Sequence[str] = ()
-) -> DoorwaysBench:
-    """Create the benchmark from its options; names are comma-separated.
+def create(riders: Riders = None, modes: Modes = None, settings: Settings = ()) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ConfigError, PluginError, ScenarioError: if a rider, a mode or a setting does not exist.
     """
     unset(settings, COMPARED)
-    chosen = split_names(modes, "--modes") or MODES
-    for mode in chosen:
-        known_name(mode, MODES, "mode", "--modes")
     known = tuple(name for name in plugins.names("riders") if name not in WITHOUT_DESTINATION)
-    hands = split_names(riders, "--riders") or RIDERS
-    for hand in hands:
-        known_name(hand, known, "rider", "--riders")
-    bench = DoorwaysBench(hands, chosen, tuple(settings))
-    check_rides(replace(bench, modes=chosen[:1]).tasks(range(1)), "rider")
-    return bench
+    hands = chosen_names(riders, "--riders", RIDERS, kind="rider", known=known)
+    doors = tuple(
+        Choice(
+            columns=(("scene", f"{scene}, {width:.2f} m"),),
+            settings=(f"floor_plan.doors.0.width={width}",),
+            scenario=scene,
+            drawn=partial(beside_start, scene),
+        )
+        for scene in SCENES
+        for width in WIDTHS
+    )
+    return Study(
+        DOORWAYS.title,
+        Grid((doors, common(settings), riders_of(hands), modes_of(modes))),
+        partial(modes_report, experiment=DOORWAYS),
+        partial(ride_all, empty_floor=False),
+        SEEDS=DOORWAYS.seeds,
+    ).checked("rider")

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.bench import Result, chosen_names, known_name, unset
+from cohelm.benchmarks.options import Modes, Scenes, Settings, flag, names
+from cohelm.benchmarks.rides.cases import scenes_of
 from cohelm.benchmarks.rides.false_alarms import INPUT_REASONS, AlarmWatch
 from cohelm.benchmarks.rides.fault_report import fault_report
 from cohelm.benchmarks.rides.modes import MODES
+from cohelm.benchmarks.study import Axis, Choice, Grid, Study, axis, common
 from cohelm.errors import ConfigError
 from cohelm.evaluation.episode.episode import Course
 from cohelm.evaluation.episode.ride import Ride
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.evaluation.sweeps import RideTask, ride_row
 from cohelm.messages import Mode
 from cohelm.navigation import Navigator, Tick
 from cohelm.platforms import PlanarPlatform
@@ -52,67 +55,6 @@ class FaultCase(NamedTuple):
 
     kind: str
     magnitude: float = math.nan
-
-
-@dataclass(frozen=True)
-class FaultBench:
-    """The benchmark with some faults, scenes and modes."""
-
-    kinds: tuple[str, ...]
-    scenes: tuple[str, ...] = SCENES
-    modes: tuple[str, ...] = DRIVEN
-    unwatched: bool = False
-    """Ride every fault once more without the monitor."""
-    settings: tuple[str, ...] = ()
-    TITLE: str = TITLE
-    SEEDS: int = 5
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, scene and mode, with and without the monitor: all faults, and none."""
-        return [
-            tuple(self._rides(scene, mode, seed, watched=watched))
-            for seed in seeds
-            for scene in self.scenes
-            for mode in self.modes
-            for watched in ((True, False) if self.unwatched else (True,))
-        ]
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride once up to the onset, and from there on with each fault."""
-        start = FaultStart(_onset(task[0].seed))
-        rides = [
-            ride_row(each, empty_floor=False, more=start.columns, drive=start.drive)
-            for each in task
-        ]
-        return [Result(each.row) for each in rides]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Tables of detection and contacts, false alarms, and the table of hazards."""
-        return fault_report(results, folder)
-
-    def _rides(self, scene: str, mode: str, seed: int, *, watched: bool) -> Iterator[RideTask]:
-        onset = _onset(seed)
-        rider = "none" if mode == Mode.AUTONOMOUS.value else "noisy"
-        common = (
-            f"mode={mode}",
-            f"rider.use={rider}",
-            "people.see_robot=false",
-            f"time_limit={onset + LASTING}",
-        )
-        for case in (FaultCase(NONE), *cases_of(self.kinds)):
-            yield RideTask(
-                columns=(
-                    ("scene", scene),
-                    ("mode", mode),
-                    ("fault", case.kind),
-                    ("magnitude", f"{case.magnitude:g}"),
-                    ("monitor", "on" if watched else "off"),
-                ),
-                scenario=scene,
-                settings=(*common, *_fault(case, onset), *_watched(watched), *self.settings),
-                seed=seed,
-            )
 
 
 class FaultStart:
@@ -248,15 +190,38 @@ def _onset(seed: int) -> float:
     return round(float(generator(seed, "fault onset").uniform(*ONSET)) / 0.05) * 0.05
 
 
-def _fault(case: FaultCase, onset: float) -> tuple[str, ...]:
-    if case.kind == NONE:
+def fault_axis(kinds: Sequence[str]) -> Axis:
+    """Axis of a sound ride and of the cases of ``kinds``, each from the seed's onset on."""
+    return tuple(
+        Choice((("fault", kind), ("magnitude", f"{size:g}")), drawn=partial(_fault, kind, size))
+        for kind, size in (FaultCase(NONE), *cases_of(kinds))
+    )
+
+
+def _fault(kind: str, magnitude: float, seed: int) -> tuple[str, ...]:
+    if kind == NONE:
         return ()
-    size = "" if math.isnan(case.magnitude) else f", magnitude: {case.magnitude:.6f}"
-    return (f"faults=[{{kind: {case.kind}, at: {onset:g}, duration: 100{size}}}]",)
+    size = "" if math.isnan(magnitude) else f", magnitude: {magnitude:.6f}"
+    return (f"faults=[{{kind: {kind}, at: {_onset(seed):g}, duration: 100{size}}}]",)
 
 
-def _watched(watched: bool) -> tuple[str, ...]:
-    return () if watched else ("health.enabled=false",)
+def _time_limit(seed: int) -> tuple[str, ...]:
+    return (f"time_limit={_onset(seed) + LASTING}",)
+
+
+def _driven(mode: str) -> Choice:
+    """Mode, with a noisy rider but where the chair drives alone."""
+    rider = "none" if mode == Mode.AUTONOMOUS.value else "noisy"
+    return Choice((("mode", mode),), (f"mode={mode}", f"rider.use={rider}"))
+
+
+def ride_faults(task: Sequence[RideTask]) -> list[Result]:
+    """Ride once up to the onset, and from there on with each fault."""
+    start = FaultStart(_onset(task[0].seed))
+    rides = [
+        ride_row(each, empty_floor=False, more=start.columns, drive=start.drive) for each in task
+    ]
+    return [Result(each.row) for each in rides]
 
 
 def _is_number(text: str) -> bool:
@@ -267,21 +232,26 @@ def _is_number(text: str) -> bool:
 
 
 def create(
-    kinds: str | None = None,
-    scenes: str | None = None,
-    modes: str | None = None,
+    kinds: Annotated[
+        str | None,
+        names("Kinds, or KIND:MAGNITUDE; default: all.", "--faults"),
+    ] = None,
+    scenes: Scenes = None,
+    modes: Modes = None,
     *,
-    unwatched: bool = False,
-    settings: Sequence[str] = (),
-) -> FaultBench:
-    """Create the benchmark from its options; names are comma-separated.
+    unwatched: Annotated[
+        bool, flag("--unwatched", "Ride again without the health monitor.")
+    ] = False,
+    settings: Settings = (),
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ConfigError, PluginError, ScenarioError: if a fault, scene, mode or setting does not exist.
     """
     unset(settings, COMPARED)
-    chosen = split_names(kinds, "--faults") or tuple(FAULT_KINDS)
-    for name in chosen:
+    named = chosen_names(kinds, "--faults", FAULT_KINDS)
+    for name in named:
         kind, _, size = name.partition(":")
         known_name(kind, tuple(FAULT_KINDS), "fault", "--faults")
         if size and not _is_number(size):
@@ -289,11 +259,18 @@ def create(
         refusal = FAULT_KINDS[kind].refusal(kind, float(size)) if size else ""
         if refusal:
             raise ConfigError(refusal, key="--faults")
-    driven = split_names(modes, "--modes") or DRIVEN
-    for mode in driven:
-        known_name(mode, MODES, "mode", "--modes")
-    bench = FaultBench(
-        chosen, split_names(scenes, "--scenes") or SCENES, driven, unwatched, tuple(settings)
+    driven = chosen_names(modes, "--modes", DRIVEN, kind="mode", known=MODES)
+    monitors: dict[str, Sequence[str]] = {"on": ()}
+    if unwatched:
+        monitors["off"] = ("health.enabled=false",)
+    plan = Grid(
+        (
+            scenes_of(chosen_names(scenes, "--scenes", SCENES)),
+            tuple(map(_driven, driven)),
+            (Choice(settings=("people.see_robot=false",), drawn=_time_limit),),
+            axis("monitor", monitors),
+            common(settings),
+            fault_axis(named),
+        )
     )
-    check_rides(bench.tasks(range(1)), "rider")
-    return bench
+    return Study(TITLE, plan, fault_report, ride_faults, SEEDS=5).checked("rider")

@@ -10,17 +10,18 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.bench import chosen_names, unset
 from cohelm.benchmarks.claims import NONE, Bound
+from cohelm.benchmarks.options import Settings, names
 from cohelm.benchmarks.ride_claims import Requirement
 from cohelm.benchmarks.rides.report import ReportSpec, ride_report
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.benchmarks.study import Study, ride_all
+from cohelm.evaluation.sweeps import RideTask
 from cohelm.robots import Robot, load_robot
 from cohelm.simulation import generator
 
@@ -108,45 +109,6 @@ PLACES: dict[str, Callable[[np.random.Generator], NarrowPlace]] = {
 }
 
 
-@dataclass(frozen=True)
-class ManoeuvresBench:
-    """The benchmark with some chairs and places."""
-
-    robots: tuple[str, ...]
-    places: tuple[str, ...]
-    settings: tuple[str, ...] = ()
-    TITLE: str = TITLE
-    SEEDS: int = 10
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, place and direction, with the rides of all chairs."""
-        return [
-            tuple(self.ride(place, way, robot, seed) for robot in self.robots)
-            for seed in seeds
-            for place in self.places
-            for way in ("in", "out")
-        ]
-
-    def ride(self, place: str, way: str, robot: str, seed: int) -> RideTask:
-        """One ride into a place or out of it."""
-        drawn = draw(place, way, load_robot(robot), seed)
-        return RideTask(
-            columns=(("scene", f"{place}, {way}"), ("robot", robot)),
-            scenario="lift",
-            settings=(f"robot={robot}", *drawn, *self.settings),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every chair."""
-        return [ride_row(each, empty_floor=False) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Table per place, and verdicts."""
-        return ride_report(results, folder, SPEC)
-
-
 def draw(place: str, way: str, robot: Robot, seed: int) -> tuple[str, ...]:
     """Draw floor, start and destination of a ride as settings of the scenario ``lift``.
 
@@ -208,17 +170,52 @@ def _drawn(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 def create(
-    robots: str | None = None, places: str | None = None, settings: Sequence[str] = ()
-) -> ManoeuvresBench:
-    """Create the benchmark from its options; names are comma-separated.
+    robots: Annotated[
+        str | None,
+        names("Robots by name or file; default: quantum_q6_edge and rear_drive."),
+    ] = None,
+    places: Annotated[
+        str | None,
+        names("lift, dead end, niche, toilet, side door; default: all."),
+    ] = None,
+    settings: Settings = (),
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ConfigError, ScenarioError: if a robot, a place or a setting does not exist.
     """
     unset(settings, COMPARED)
-    chosen = split_names(places, "--places") or tuple(PLACES)
-    for each in chosen:
-        known_name(each, tuple(PLACES), "place", "--places")
-    bench = ManoeuvresBench(split_names(robots, "--robots") or CHAIRS, chosen, tuple(settings))
-    check_rides(bench.tasks(range(1)), "local_planner")
-    return bench
+    found = chosen_names(places, "--places", PLACES, kind="place", known=PLACES)
+    chairs = chosen_names(robots, "--robots", CHAIRS)
+    return Study(
+        TITLE,
+        partial(_plan, chairs, found, tuple(settings)),
+        partial(ride_report, spec=SPEC),
+        partial(ride_all, empty_floor=False),
+        SEEDS=10,
+    ).checked()
+
+
+def _plan(
+    robots: Sequence[str], places: Sequence[str], settings: tuple[str, ...], seeds: range
+) -> list[tuple[RideTask, ...]]:
+    """One task per seed, place and direction, with the rides of all chairs."""
+    return [
+        tuple(
+            RideTask(
+                columns=(("scene", f"{place}, {way}"), ("robot", robot)),
+                scenario="lift",
+                settings=(
+                    f"robot={robot}",
+                    *draw(place, way, load_robot(robot), seed),
+                    *settings,
+                ),
+                seed=seed,
+            )
+            for robot in robots
+        )
+        for seed in seeds
+        for place in places
+        for way in ("in", "out")
+    ]

@@ -8,22 +8,22 @@ as proxies.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 from cohelm import plugins
-from cohelm.benchmarks.bench import BenchReport, Result, Task, known_name, split_names, unset
+from cohelm.benchmarks.bench import BenchReport, Result, chosen_names, unset
 from cohelm.benchmarks.claims import (
     AGREES,
     CONTRADICTS,
     NONE,
-    OURS,
     UNCLEAR,
     Bound,
     Verdict,
 )
+from cohelm.benchmarks.options import Modes, Riders, Scenes, Settings, TruePeople
 from cohelm.benchmarks.ride_claims import (
     Claim,
     Groups,
@@ -31,8 +31,9 @@ from cohelm.benchmarks.ride_claims import (
     Requirement,
     within,
 )
-from cohelm.benchmarks.rides.cases import BenchScene, Contender, scenes_of
+from cohelm.benchmarks.rides.cases import scenes_of
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish, rides_by
+from cohelm.benchmarks.study import Axis, Grid, Study, axis, common
 from cohelm.benchmarks.tables import (
     difference_table,
     figures,
@@ -41,7 +42,6 @@ from cohelm.benchmarks.tables import (
 )
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.report.statistics import bootstrap_mean
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.messages import Mode
 
 MODES = tuple(
@@ -150,47 +150,6 @@ ALL_RIDERS = Experiment(
 EXPERIMENTS = {"paper-static": CORRIDORS, "riders": ALL_RIDERS}
 
 
-@dataclass(frozen=True)
-class ModesBench:
-    """The benchmark with some riders in some scenes."""
-
-    riders: tuple[str, ...]
-    modes: tuple[str, ...]
-    scenes: tuple[BenchScene, ...]
-    experiment: str
-    """Key of ``EXPERIMENTS``."""
-    TITLE: str = ""
-    SEEDS: int = 10
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed, scene and rider, with the rides of all modes."""
-        return [
-            tuple(self.ride(scene, rider, mode, seed) for mode in self.modes)
-            for seed in seeds
-            for scene in self.scenes
-            for rider in self.riders
-        ]
-
-    def ride(self, scene: BenchScene, rider: str, mode: str, seed: int) -> RideTask:
-        """One ride; the rider's draws do not depend on the mode."""
-        contender = Contender(rider, OURS, (f"rider.use={rider}", f"mode={mode}"))
-        return RideTask(
-            columns=(("scene", scene.label), ("rider", rider), ("mode", mode)),
-            scenario=scene.scenario,
-            settings=scene.settings_for(contender, seed),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride in every mode."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Tables by mode, scene and rider, paired differences, verdicts."""
-        return modes_report(results, folder, EXPERIMENTS[self.experiment])
-
-
 def modes_report(results: Sequence[Result], folder: Path, experiment: Experiment) -> BenchReport:
     """Report of rides with columns ``scene``, ``rider`` and ``mode``."""
     rides = Rides([result.row for result in results], BY)
@@ -241,34 +200,43 @@ def known_riders() -> tuple[str, ...]:
 
 def create(
     experiment: str,
-    riders: str | None = None,
-    modes: str | None = None,
-    scenes: str | None = None,
-    settings: Sequence[str] = (),
+    riders: Riders = None,
+    modes: Modes = None,
+    scenes: Scenes = None,
+    settings: Settings = (),
     *,
-    true_people: bool = False,
-) -> ModesBench:
-    """Create the benchmark of an experiment from its options; names are comma-separated.
+    true_people: TruePeople = False,
+) -> Study:
+    """Create the study of an experiment from its options; names are comma-separated.
 
     Raises:
         ScenarioError, PluginError, ConfigError: if a name or a setting does not exist.
     """
     unset(settings, {"rider": "--riders", "mode": "--modes"})
     default = EXPERIMENTS[experiment]
-    chosen = split_names(modes, "--modes") or MODES
-    for mode in chosen:
-        known_name(mode, MODES, "mode", "--modes")
-    requested = scenes_of(
-        split_names(scenes, "--scenes") or default.scenes,
-        blind=False,
-        both=False,
-        true_people=true_people,
-        settings=tuple(settings),
-    )
-    names = split_names(riders, "--riders") or known_riders()
-    bench = ModesBench(names, chosen, requested, experiment, default.title, default.seeds)
-    check_rides(replace(bench, modes=chosen[:1]).tasks(range(1)), "rider")
-    return bench
+    ridden = scenes_of(chosen_names(scenes, "--scenes", default.scenes), true_people=true_people)
+    hands = riders_of(chosen_names(riders, "--riders", known_riders()))
+    return Study(
+        default.title,
+        Grid((ridden, common(settings), hands, modes_of(modes))),
+        partial(modes_report, experiment=default),
+        SEEDS=default.seeds,
+    ).checked("rider")
+
+
+def riders_of(names: Iterable[str]) -> Axis:
+    """Axis of simulated riders; their draws do not depend on the mode."""
+    return axis("rider", {name: (f"rider.use={name}",) for name in names})
+
+
+def modes_of(names: str | None) -> Axis:
+    """Axis of driving modes of the option ``--modes``, by default all.
+
+    Raises:
+        ConfigError: if there is no such mode.
+    """
+    found = chosen_names(names, "--modes", MODES, kind="mode", known=MODES)
+    return axis("mode", {name: (f"mode={name}",) for name in found})
 
 
 create_corridors = partial(create, "paper-static")

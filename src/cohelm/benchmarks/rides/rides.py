@@ -6,17 +6,16 @@ paper are the default. The turn in ``distracted`` is swept over 20 moments, see 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
+from typing import Annotated
 
-from cohelm import plugins
-from cohelm.benchmarks.bench import LOCAL_PLANNERS, BenchReport, Result, Task, split_names, unset
+from cohelm.benchmarks.bench import LOCAL_PLANNERS, chosen_names, unset
 from cohelm.benchmarks.claims import (
     ALL,
     NONE,
     Bound,
 )
+from cohelm.benchmarks.options import Planners, Scenes, Settings, TruePeople, Tuned, flag
 from cohelm.benchmarks.ride_claims import (
     FewestOf,
     NearFastest,
@@ -24,18 +23,14 @@ from cohelm.benchmarks.ride_claims import (
 )
 from cohelm.benchmarks.rides.cases import (
     DYNAMIC,
-    BenchScene,
-    Contender,
-    comparisons,
     installed,
     is_rival,
-    scenario_of,
+    planners_of,
     scenes_of,
 )
 from cohelm.benchmarks.rides.report import ReportSpec, ride_report
+from cohelm.benchmarks.study import Grid, Study, common
 from cohelm.evaluation.metrics.measures import REPORTED
-from cohelm.evaluation.sweeps import ride_row
-from cohelm.scenarios.presets import tuned_settings
 
 TITLE = "Local planners in the same scenes, ride by ride (Xu et al., Table 3)"
 
@@ -72,59 +67,32 @@ SPEC = ReportSpec(
 )
 
 
-@dataclass(frozen=True)
-class RidesBench:
-    """The benchmark with some planners in some scenes."""
-
-    planners: tuple[Contender, ...]
-    scenes: tuple[BenchScene, ...]
-    TITLE: str = TITLE
-    SEEDS: int = 20
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed and scene."""
-        return comparisons(self.scenes, self.planners, seeds)
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride with every planner."""
-        return [ride_row(each) for each in task]
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Table per scene, paired differences, verdicts."""
-        return ride_report(results, folder, SPEC)
-
-
 def create(
-    planners: str | None = None,
-    scenes: str | None = None,
-    settings: Sequence[str] = (),
+    planners: Planners = None,
+    scenes: Scenes = None,
+    settings: Settings = (),
     *,
-    blind: bool = False,
-    both: bool = False,
-    true_people: bool = False,
-    tuned: bool = False,
-) -> RidesBench:
-    """Create the benchmark from its options; names are comma-separated.
+    blind: Annotated[bool, flag("--blind", "People do not see the chair.")] = False,
+    both: Annotated[
+        bool, flag("--both", "Ride every scenario unchanged and with --blind.")
+    ] = False,
+    true_people: TruePeople = False,
+    tuned: Tuned = False,
+) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         ScenarioError, PluginError, ConfigError: if a scene, a planner or a setting does not exist.
     """
     sight = {"people.see_robot": "--blind and --both"} if blind or both else {}
     unset(settings, {**LOCAL_PLANNERS, **sight})
-    contenders = tuple(
-        Contender(name=name, planner=name, settings=tuned_settings(name) if tuned else ())
-        for name in split_names(planners, "--planners") or installed()
-    )
-    requested = scenes_of(
-        split_names(scenes, "--scenes") or DYNAMIC,
+    ridden = scenes_of(
+        chosen_names(scenes, "--scenes", DYNAMIC),
         blind=blind,
         both=both,
         true_people=true_people,
         settings=tuple(settings),
     )
-    for scene in requested:
-        for contender in contenders:
-            planner = scenario_of(scene, contender, 0).local_planner
-            plugins.build("local_planners", planner, key="local_planner")
-    return RidesBench(planners=contenders, scenes=requested)
+    compared = planners_of(chosen_names(planners, "--planners", installed()), tuned=tuned)
+    plan = Grid((ridden, common(settings), compared))
+    return Study(TITLE, plan, partial(ride_report, spec=SPEC)).checked()

@@ -20,33 +20,21 @@ FAST = 0.5
 """Speed above which a collision is counted as a fast one, m/s."""
 
 
-@dataclass(frozen=True)
-class SplitScene:
-    """A scenario with its riders."""
+def beside_start(scenario: str, seed: int) -> tuple[str, ...]:
+    """Setting that starts a scenario beside its usual start, the same for all riders and modes.
 
-    scenario: str
-    riders: tuple[str, ...] = HANDS
-    settings: tuple[str, ...] = ()
-
-    def riders_of(self, seed: int) -> tuple[str, ...]:
-        """The one rider of a seed, if seeds take riders in turn."""
-        return (self.riders[seed % len(self.riders)],)
-
-    def settings_for(self, seed: int) -> tuple[str, ...]:
-        """Settings of all rides of a seed, whatever rider and mode: a start beside the usual one.
-
-        Raises:
-            ScenarioError: if the scenario has no heading at its start.
-        """
-        start = load_scenario(self.scenario).start
-        if isinstance(start, str) or len(start) != 3:
-            raise ScenarioError("must be [x, y, degrees] for this benchmark", key="start")
-        x, y, degrees = start
-        shift, turn = generator(seed, "start").uniform(-1.0, 1.0, 2)
-        shift, turn = SHIFT * float(shift), TURN * float(turn)
-        heading = math.radians(degrees)
-        pose = (x - shift * math.sin(heading), y + shift * math.cos(heading), degrees + turn)
-        return (f"start=[{', '.join(f'{each:.4f}' for each in pose)}]", *self.settings)
+    Raises:
+        ScenarioError: if the scenario has no heading at its start.
+    """
+    start = load_scenario(scenario).start
+    if isinstance(start, str) or len(start) != 3:
+        raise ScenarioError("must be [x, y, degrees] for this benchmark", key="start")
+    x, y, degrees = start
+    shift, turn = generator(seed, "start").uniform(-1.0, 1.0, 2)
+    shift, turn = SHIFT * float(shift), TURN * float(turn)
+    heading = math.radians(degrees)
+    pose = (x - shift * math.sin(heading), y + shift * math.cos(heading), degrees + turn)
+    return (f"start=[{', '.join(f'{each:.4f}' for each in pose)}]",)
 
 
 @dataclass(frozen=True)
@@ -56,11 +44,12 @@ class SplitFamily:
     title: str
     rider_knows: str
     chair_knows: str
-    scenes: tuple[SplitScene, ...]
+    scenes: Mapping[str, tuple[str, ...]]
+    """Scenario → its riders."""
 
 
-def _scenes(*names: str) -> tuple[SplitScene, ...]:
-    return tuple(SplitScene(name) for name in names)
+def _scenes(*names: str) -> Mapping[str, tuple[str, ...]]:
+    return dict.fromkeys(names, HANDS)
 
 
 FAMILIES: Mapping[str, SplitFamily] = {
@@ -92,11 +81,11 @@ FAMILIES: Mapping[str, SplitFamily] = {
         title="the rider cannot steer or does not look",
         rider_knows="the goal",
         chair_knows="the map, the goal, and all that its sensors see",
-        scenes=(
-            SplitScene("corridor-1", ("tremor", "one_switch")),
-            SplitScene("room-door", ("tremor", "one_switch")),
-            SplitScene("people-cross", ("looks_away",)),
-        ),
+        scenes={
+            "corridor-1": ("tremor", "one_switch"),
+            "room-door": ("tremor", "one_switch"),
+            "people-cross": ("looks_away",),
+        },
     ),
 }
 """Name of a family → its definition."""

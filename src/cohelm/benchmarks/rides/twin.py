@@ -10,15 +10,16 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cohelm.benchmarks.bench import BenchReport, Result, Sheet, Task, split_names, unset
+from cohelm.benchmarks.bench import BenchReport, Result, Sheet, chosen_names, unset
+from cohelm.benchmarks.options import Scenes, Settings
+from cohelm.benchmarks.study import Choice, Grid, Study, axis, common
 from cohelm.evaluation import Ride, run
-from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
+from cohelm.evaluation.sweeps import RideTask, ride_row
 from cohelm.navigation import Tick
 from cohelm.platforms import is_simulated
 from cohelm.platforms.twin import load_mujoco
@@ -65,49 +66,8 @@ class _Watch:
         }
 
 
-@dataclass(frozen=True)
-class TwinBench:
-    """The benchmark with some scenes."""
-
-    scenes: tuple[str, ...]
-    settings: tuple[str, ...] = ()
-    TITLE: str = TITLE
-    SEEDS: int = 10
-    WORKERS: int | None = None
-
-    def tasks(self, seeds: range) -> Sequence[Task]:
-        """One per seed and scene, with the rides on both platforms."""
-        return [
-            tuple(self.ride(scene, platform, seed) for platform in PLATFORMS)
-            for seed in seeds
-            for scene in self.scenes
-        ]
-
-    def ride(self, scene: str, platform: str, seed: int) -> RideTask:
-        """One ride; nothing but the platform differs between those of one task."""
-        return RideTask(
-            columns=(("scene", Path(scene).stem), ("platform", platform)),
-            scenario=scene,
-            settings=(f"platform.use={platform}", *self.settings),
-            seed=seed,
-        )
-
-    def work(self, task: Task, folder: Path) -> Sequence[Result]:
-        """Ride on every platform."""
-        out = []
-        for each in task:
-            watch = _Watch()
-            drive = functools.partial(run, on_tick=watch)
-            out.append(ride_row(each, empty_floor=False, more=watch.columns, drive=drive))
-        return out
-
-    def report(self, results: Sequence[Result], folder: Path) -> BenchReport:
-        """Rides of both platforms by scene, rides that were lost, and contacts."""
-        return _report([result.row for result in results])
-
-
-def create(scenes: str | None = None, settings: Sequence[str] = ()) -> TwinBench:
-    """Create the benchmark from its options; names are comma-separated.
+def create(scenes: Scenes = None, settings: Settings = ()) -> Study:
+    """Create the study from its options; names are comma-separated.
 
     Raises:
         PlatformError: MuJoCo is not installed.
@@ -115,14 +75,32 @@ def create(scenes: str | None = None, settings: Sequence[str] = ()) -> TwinBench
     """
     load_mujoco()
     unset(settings, {"platform": "the benchmark, which rides on both"})
-    bench = TwinBench(split_names(scenes, "--scenes") or SCENES, tuple(settings))
-    check_rides(bench.tasks(range(1)), "local_planner")
-    for platform in PLATFORMS:
-        is_simulated(bench.ride(bench.scenes[0], platform, 0).load())
-    return bench
+    ridden = tuple(
+        Choice((("scene", Path(name).stem),), scenario=name)
+        for name in chosen_names(scenes, "--scenes", SCENES)
+    )
+    both = axis("platform", {name: (f"platform.use={name}",) for name in PLATFORMS})
+    study = Study(
+        TITLE, Grid((ridden, both, common(settings)), compared=2), _report, _ride, SEEDS=10
+    ).checked()
+    for ride in study.tasks(range(1))[0]:
+        is_simulated(ride.load())
+    return study
 
 
-def _report(rows: Sequence[Mapping[str, Any]]) -> BenchReport:
+def _ride(task: Sequence[RideTask]) -> list[Result]:
+    """Ride on every platform, with the hardest contact."""
+    out = []
+    for each in task:
+        watch = _Watch()
+        drive = functools.partial(run, on_tick=watch)
+        out.append(ride_row(each, empty_floor=False, more=watch.columns, drive=drive))
+    return out
+
+
+def _report(results: Sequence[Result], folder: Path) -> BenchReport:
+    """Rides of both platforms by scene, rides that were lost, and contacts."""
+    rows = [result.row for result in results]
     groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for row in rows:
         groups.setdefault((row["scene"], row["platform"]), []).append(row)

@@ -20,9 +20,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -37,6 +38,7 @@ from cohelm.benchmarks.claims import (
     verdict_sheet,
     verdict_summary,
 )
+from cohelm.benchmarks.options import repeatable
 from cohelm.benchmarks.solver import correctness, speed
 from cohelm.benchmarks.solver.correctness import NEAR
 from cohelm.benchmarks.solver.speed import IPOPT, PLAN, PLAN_2, PLAN_6, SOLVE, SOLVE_6
@@ -345,7 +347,17 @@ class SolverBench:
 
 
 def create(
-    parts: Sequence[str] = (), share: float = 1.0, settings: Sequence[str] = ()
+    parts: Annotated[
+        tuple[str, ...],
+        repeatable("--part", "NAME", "speed, optima, commands or failures; default: all"),
+    ] = (),
+    share: Annotated[
+        float, typer.Option(min=0.001, max=100.0, help="Share of the usual number of states.")
+    ] = 1.0,
+    settings: Annotated[
+        tuple[str, ...],
+        repeatable("--set", "KEY=VALUE", "Parameter of the planner: local_planner.iterations=5"),
+    ] = (),
 ) -> SolverBench:
     """Create the benchmark with some parts, a share of its states, the planner with settings.
 

@@ -1,4 +1,4 @@
-"""Identity of sweeps: keys of tasks and options as text, equal on every machine."""
+"""Identity of sweeps: keys of tasks, and values as text, equal on every machine."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from pydantic import BaseModel
 from cohelm.errors import ConfigError
 from cohelm.evaluation.code_version import digest
 
-_NOT_OPTIONS = ("TITLE", "SEEDS", "WORKERS")
 _FILES = (".yaml", ".yml", ".npz", ".txt", ".csv", ".pgm", ".png", ".json", ".geojson", ".mcap")
 
 
@@ -49,17 +48,6 @@ def task_keys(tasks: Sequence[Any]) -> list[str]:
         out.append(f"{each}-{seen[each]}" if seen[each] else each)
         seen[each] += 1
     return out
-
-
-def options_of(bench: Any) -> dict[str, str]:
-    """Options of a benchmark as text, by name; empty for one without options."""
-    if not dataclasses.is_dataclass(bench):
-        return {}
-    return {
-        each.name: canonical_text(getattr(bench, each.name))
-        for each in dataclasses.fields(bench)
-        if each.name not in _NOT_OPTIONS
-    }
 
 
 def check_plain(tasks: Sequence[Any]) -> None:
