@@ -20,7 +20,8 @@ def test_options_reach_the_bench(monkeypatch, cohelm, tmp_path):
     assert asked == {
         "module": BENCHES["rides"][0],
         "planners": "dwa",
-        "settings": ["time_limit=5", "mode=autonomous"],
+        "scenes": None,
+        "settings": ("time_limit=5", "mode=autonomous"),
         "blind": True,
         "both": False,
         "true_people": False,
@@ -32,10 +33,10 @@ def test_an_ablation_is_ridden_among_blind_people_unless_they_shall_see(monkeypa
     asked = []
 
     def bench(name, module, given):
-        asked.append(given.options["blind"])
+        asked.append(given.options["seeing"])
         return 0
 
     monkeypatch.setattr(command, "bench", bench)
     for more in ((), ("--seeing",)):
         assert cohelm("bench", "ablation", "--scenes", "crossing", *more)[0] == 0
-    assert asked == [True, False]
+    assert asked == [False, True]
