@@ -5,10 +5,6 @@ probable one, or among three? A ranking of the places by their distance is the b
 offer is a wrong place whose belief rises above 0.8 or 0.9. With ``elsewhere`` the destination has
 no name, and every such offer is wrong.
 
-Scores of destination inference along one ride.
-
-Rides to hidden destinations: floors with places, riders who drive there, and their scores.
-
 The rider follows a planned path with the stick of one of the disturbed riders of the simulator. The
 chair is a unicycle with limits of acceleration that slides along walls; nobody else is there. This
 is much cheaper than the whole simulator, and the inference sees what it would see in it: poses with

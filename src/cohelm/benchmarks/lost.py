@@ -3,8 +3,6 @@
 A simple follower drives the planned route among people and furniture that the map lacks; only the
 health monitor is judged. It goes on driving when the monitor would stop, so that one drive gives
 the whole curve of detections against false alarms.
-
-Report of lost or not: detections by distance, false alarms, and the curve of both.
 """
 
 from __future__ import annotations

@@ -4,8 +4,7 @@ The map is a seeded floor of rooms with doors and boxes at 5 cm per cell, or a r
 each size. The path leads between two far corners of the free space. The others are scikit-image's
 MCP_Geometric, which stops at the goal as ours does, and SciPy's Dijkstra, which reaches every cell.
 All run in one process, one after the other.
-
-Peak memory of a call.
+Peak memory is that of a call.
 """
 
 from __future__ import annotations

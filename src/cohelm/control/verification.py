@@ -2,8 +2,7 @@
 
 A trajectory is used only if it stays clear of people and walls for a while, swept between its
 steps, and if braking after its first command helps as much as braking at once.
-
-People who turn back: what is possible, but not expected.
+People may turn back: that is possible, but not expected.
 """
 
 from __future__ import annotations

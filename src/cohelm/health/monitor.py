@@ -9,15 +9,12 @@
 
 What is doubtful slows the chair, what contradicts stops it; see ``health.evidence`` for the times.
 
-Health of the localisation: good, doubtful or lost, from the fit of sweeps to the map.
+The file goes from the smaller comparisons to the whole: the view in the direction of travel, the
+localisation, the drive, the monitor.
 
-View in the direction of travel: the widest part of it that no scanner sees.
-
-Command against motion: a band of speeds that sound motors and brakes can reach.
-
-Two first-order models with ramps follow the command: a quick one with the hardest ramps and half
-the lag, and a slow one with weak ramps and a delay. Measured speeds outside the band of both are
-integrated; an integral beyond its bound is a fault.
+Command against motion: two first-order models with ramps follow the command: a quick one with the
+hardest ramps and half the lag, and a slow one with weak ramps and a delay. Measured speeds outside
+the band of both are integrated; an integral beyond its bound is a fault.
 """
 
 from __future__ import annotations

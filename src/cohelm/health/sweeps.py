@@ -1,21 +1,19 @@
 """Checks of one scanner: each sweep against itself, the map, and an earlier sweep.
 
-Plausibility of one sweep by itself: invalid readings, stuck values, a repeated sweep.
+*By itself*: invalid readings, stuck values, a repeated sweep.
 
-Continuity of sweeps: a view that breaks off, after which less of it is on the map.
+*Continuity*: a view that breaks off, after which less of it is on the map. A chair that is carried,
+or whose localiser lies, sees another place from one moment to the next. The map alone may explain
+that place nearly as well: corridors and rooms resemble each other, and what stands before a wall
+may be people. Both together tell: the sweep does not continue the earlier one, and from then on
+fewer beams end on mapped walls. People who pass hide walls slowly, and a map that is wrong does not
+break the view.
 
-A chair that is carried, or whose localiser lies, sees another place from one moment to the next.
-The map alone may explain that place nearly as well: corridors and rooms resemble each other, and
-what stands before a wall may be people. Both together tell: the sweep does not continue the
-earlier one, and from then on fewer beams end on mapped walls. People who pass hide walls slowly,
-and a map that is wrong does not break the view.
-
-Objects that stood free in a sweep and are nowhere in the next ones.
-
-A scanner that goes blind in a sector, and reads it as free, shows an open floor: no map contradicts
-it where the walls are out of reach. But whoever stood there cannot be gone. An object counts if it
-stands free and near, so that several beams meet it; it has vanished if beams pass through its place
-and all places that it could have reached, and nothing hides them.
+*Vanished objects*, which stood free in a sweep and are nowhere in the next ones. A scanner that
+goes blind in a sector, and reads it as free, shows an open floor: no map contradicts it where the
+walls are out of reach. But whoever stood there cannot be gone. An object counts if it stands free
+and near, so that several beams meet it; it has vanished if beams pass through its place and all
+places that it could have reached, and nothing hides them.
 """
 
 from __future__ import annotations

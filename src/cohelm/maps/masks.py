@@ -1,6 +1,6 @@
 """Masks over a map, keepout zones and speed limits: Nav2's costmap filters.
 
-Nav2's description of a mask: parameters of its costmap_filter_info_server.
+A mask is described as for Nav2, by the parameters of its costmap_filter_info_server.
 """
 
 from __future__ import annotations

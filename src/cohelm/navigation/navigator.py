@@ -1,8 +1,7 @@
 """The navigator: one observation in, one tick out; the only place where all stages meet.
 
-Authority of the rider in one step: the stick, its weight η, and where the chair takes over.
-
-Destinations of a rider in the pipeline: the belief, the way there, and the helped authority.
+``Navigator.step`` is the pipeline; the functions before it are its two small stages without a
+module of their own: the rider's destinations, and the rider's authority in one step.
 """
 
 from __future__ import annotations

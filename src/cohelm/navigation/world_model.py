@@ -1,6 +1,7 @@
 """World model update: scans → people → predictions → social spaces; everything else is walls.
 
-Time of the last contact: the chair stands for a moment after a person has walked into it.
+It also keeps the time of the last contact: the chair stands for a moment after a person has walked
+into it.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Linux tells changes only (``/dev/input/js0``): the last position holds until the
 if the stick's battery is empty. Therefore it moves a chair only under a page that drives; see
 ``live.control.driver_link``.
 
-Platform of a scenario, opened for one ride.
+``open_platform`` opens the platform of a scenario for one ride, with a stick where one is named.
 """
 
 from __future__ import annotations

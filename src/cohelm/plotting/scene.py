@@ -1,8 +1,7 @@
 """Picture of a scene at its start: floor, chair, route, and paths of the pedestrians.
 
-Routes on their map: costs, wishes, footprints; and several routes to choose from.
-
-Draw filter masks: keepout zones hatched, speed zones tinted.
+Routes are drawn on their map with costs, wishes and footprints, filter masks with hatched keepout
+zones and tinted speed zones.
 """
 
 from __future__ import annotations

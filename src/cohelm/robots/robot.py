@@ -1,6 +1,6 @@
 """A robot: footprint, limits, actuation and sensor mounts, read from one YAML file.
 
-Sensor mounts: planar scanners, 3-D LiDARs and depth cameras.
+Sensors are planar scanners, 3-D LiDARs and depth cameras.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Inputs of a ROS 2 robot: messages go in as they come, one observation comes out in each step.
 
-Latest transforms between frames, as a localiser, odometry and the robot's description say.
+Transforms between frames are the latest that a localiser, odometry and the robot's description say.
 """
 
 from __future__ import annotations

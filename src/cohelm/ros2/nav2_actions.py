@@ -6,10 +6,9 @@
 A path gives a destination under the rule of RViz goals: it is accepted while no page drives, and
 the chair moves while the rider holds the dead-man button.
 
-ROS 2 actions on ``rclpy``: goals become jobs, one at a time, and a new goal ends the old one.
-
-Services of ROS 2 do not cross the border between DDS vendors (rmw_cyclonedds#184), and an action
-is three services. So actions need ``rclpy``, with the middleware that its clients use.
+Goals become jobs, one at a time, and a new goal ends the old one. Services of ROS 2 do not cross
+the border between DDS vendors (rmw_cyclonedds#184), and an action is three services. So actions
+need ``rclpy``, with the middleware that its clients use.
 """
 
 from __future__ import annotations

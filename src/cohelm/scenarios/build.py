@@ -1,8 +1,7 @@
 """Build everything that a ride needs from a scenario: map, chair, pedestrians and parts.
 
-Outlines of a scenario's pedestrians, also with a wheelchair, a walker or a trolley.
-
-True floor of a scenario: what its map lacks, and what only rider or chair sees.
+Pedestrians have outlines, also with a wheelchair, a walker or a trolley; the true floor has what
+its map lacks, and what only rider or chair sees.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ Routes share as little as possible of the chair's route where it is too narrow t
 
 A chair without a goal has no route to meet: pedestrians then walk over the whole connected floor.
 
-Routes of pedestrians in groups and in streams along lanes.
+Groups and streams walk along lanes.
 """
 
 from __future__ import annotations

@@ -5,16 +5,11 @@ evaluation only. Every source of randomness has its own generator, named by its 
 additional sensor does not change the pedestrians. The same setup and seed give the same ride bit
 for bit.
 
-View of a seated rider: people in sight and free distances.
+The rider sits and sees people and free distances. Walls and objects hide the people behind them,
+even if they are low; people hide no one. The limits are assumed: eyes and neck together cover more
+than the front of the chair.
 
-Walls and objects hide the people behind them, even if they are low; people hide no one. The limits
-are assumed: eyes and neck together cover more than the front of the chair.
-
-Pedestrians who enter a world during a ride.
-
-Setup of a simulated world.
-
-Relief of a floor: a ramp and thresholds. The planar simulation drives over them unnoticed.
+A floor may have a relief, a ramp and thresholds: the planar simulation drives over them unnoticed.
 """
 
 from __future__ import annotations

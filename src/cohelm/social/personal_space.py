@@ -1,6 +1,6 @@
 """Personal space, eq. (5): an asymmetric Gaussian about each person, elongated along the motion.
 
-Group space: convex hull of the members' personal spaces over the horizon.
+The space of a group is the convex hull of its members' spaces over the horizon.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 The recorded cases are those on which the references were measured. Own cases have other seeds, and
 may have other layouts and more people; parameters are tuned on them only.
-
-Report on CrowdNav cases, beside the results of others in the same cases.
+The report puts the results of others in the same cases beside them.
 """
 
 from __future__ import annotations

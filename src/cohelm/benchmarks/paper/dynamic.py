@@ -4,9 +4,8 @@ All planners receive the true positions of people; ours also rides with its own 
 are made at the speed that the paper's means imply, and again at the 1.2 m/s that its text names.
 The turn of ``distracted`` is swept over the seeds, see ``rides.cases``.
 
-Table 3 of Xu et al., what the paper concludes from it, and our medians cell by cell.
-
-What the paper leaves open is fixed here as in its scenes: distances are between surfaces, the time
+The report judges what the paper concludes from its table, and our medians cell by cell. What the
+paper leaves open is fixed here as in its scenes: distances are between surfaces, the time
 is that of the first entry into 0.2 m of the goal, the length is extended to the goal point, and
 the variances are those of the ride until that moment.
 """

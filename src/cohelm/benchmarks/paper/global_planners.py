@@ -1,14 +1,13 @@
 """Table 2 of Xu et al.: global planners compared by their distance from the rider's own path.
 
-Ten office scenes (``office.py``), one click each, equal for every method. Each method's path is
+Ten office scenes, one click each, equal for every method. Each method's path is
 ridden in simulation on the otherwise empty floor in autonomous mode.
 
-Semi-open office scenes, as the global experiment of Xu et al. describes them.
-
-A room has a large block in its middle, open floor on the left and clutter on the right. The rider
-prefers to pass on the left, although the path through the clutter is shorter, and states this by
-an inexact click. Everything is drawn from a seed by geometry, independent of any planner;
-docs/global-planning.md gives the reasons, and why these scenes replace earlier ones.
+The offices are semi-open, as the paper describes them. A room has a large block in its middle, open
+floor on the left and clutter on the right. The rider prefers to pass on the left, although the path
+through the clutter is shorter, and states this by an inexact click. Everything is drawn from a seed
+by geometry, independent of any planner; docs/global-planning.md gives the reasons, and why these
+scenes replace earlier ones.
 """
 
 from __future__ import annotations

@@ -1,16 +1,11 @@
 """Leave-one-out test: each recording is scored with a classifier trained without it.
 
-Training of the classifier of scan candidates with scikit-learn, seeded, on one core.
+The classifier of scan candidates is trained with scikit-learn, seeded, on one core. Simulated and
+recorded samples weigh alike, and so do people and other objects in each of them: the classifier
+learns from no sensor that people are frequent.
 
-Simulated and recorded samples weigh alike, and so do people and other objects in each of them: the
-classifier learns from no sensor that people are frequent.
-
-Samples for the classifier of scan candidates: simulated scenes and labelled recordings.
-
-Random simulated scans with known people, to train the classifier of scan candidates.
-
-A scene is a shipped floor, a scanner somewhere on it, furniture and aids of many kinds, and people.
-Everything but the walls is a set of discs; see ``planar_bodies``.
+A simulated scene is a shipped floor, a scanner somewhere on it, furniture and aids of many kinds,
+and people. Everything but the walls is a set of discs; see ``planar_bodies``.
 """
 
 from __future__ import annotations

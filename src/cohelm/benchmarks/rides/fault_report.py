@@ -1,6 +1,6 @@
 """Report of faults: detection, delay, stopping distance, contacts, false alarms, hazards.
 
-Hazards of each fault for the table of failure modes: effect, and what remains.
+``HAZARDS`` says of each fault what it does and what remains, for the table of failure modes.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 A velocity is admissible if the robot can brake from it before it touches anything. Critics give
 each reachable velocity a cost, and the cheapest admissible one is driven.
-
-Critics of the dynamic window: the cost of each sampled velocity, in one compiled pass.
+All critics are computed in one compiled pass.
 """
 
 from __future__ import annotations

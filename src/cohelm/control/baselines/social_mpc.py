@@ -1,6 +1,6 @@
 """Rollouts over headings with a social cost; after Poddar et al. (2023).
 
-Social costs of rollouts: asymmetric Gaussians about people, and early passing.
+The costs are asymmetric Gaussians about people, and early passing.
 """
 
 from __future__ import annotations

@@ -4,10 +4,9 @@ A band of poses from the robot to the local goal minimises time and keeps away f
 sparse least-squares problem. The planner optimises bands on either side of a person, and drives the
 cheapest.
 
-Optimisation of a timed elastic band: Levenberg steps on a banded system, compiled.
-
-A band is an array (n, 4): poses x, y, θ, and in the last column the time to the next one. A term
-touches at most three neighbouring rows, so the normal equations have half a bandwidth of 11.
+It is solved by Levenberg steps on a banded system, compiled. A band is an array (n, 4): poses x, y,
+θ, and in the last column the time to the next one. A term touches at most three neighbouring rows,
+so the normal equations have half a bandwidth of 11.
 """
 
 from __future__ import annotations

@@ -4,9 +4,8 @@ A gradient method stays in one homotopy class. Some hundred arcs explore the oth
 of which many arcs return to the path, then perturbations of the best ones and of the last plan. The
 objective ranks them, as it ranks everything else.
 
-Candidate trajectories, and the sides on which they pass people and the path.
-
-The vector of these sides approximates the homotopy class: trajectories of one class agree in it.
+The vector of the sides on which a candidate passes people and the path approximates its homotopy
+class: trajectories of one class agree in it.
 """
 
 from __future__ import annotations

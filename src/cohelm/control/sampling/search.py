@@ -1,12 +1,9 @@
 """Search over arcs: a table, then perturbations of the cheapest ones and of the last plan.
 
-One arc rolled out through the scene, with its cost in seconds.
-
-Costs add up and none is negative, so an arc is abandoned as soon as it costs more than the best one
-by more than a window; a perturbation also if it costs more than its base. The result does not
-depend on the order of the arcs.
-
-Inputs of an arc: the one that it requests at a step, and its limits; inlined into rollouts.
+An arc is rolled out through the scene, with its cost in seconds. Costs add up and none is negative,
+so an arc is abandoned as soon as it costs more than the best one by more than a window; a
+perturbation also if it costs more than its base. The result does not depend on the order of the
+arcs.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Files that every benchmark of rides writes, in the same form.
 
-Drawings of a report: box plots of the measures, tracks, and curves over time.
-
-Tables of a report: groups side by side, differences from the baseline, values of a paper.
+The page shows tables (groups side by side, differences from the baseline, values of a paper) and
+drawings (box plots of the measures, tracks, curves over time).
 """
 
 from __future__ import annotations

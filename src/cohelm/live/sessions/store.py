@@ -16,8 +16,6 @@ of :meth:`SessionStore.begin`, which makes a folder with one small file and flus
 the calling thread, the control loop: some ms, once for each drive and rider, and once more after
 its session was deleted. The chair stands then, or begins to move. :attr:`SessionStore.error` says
 what could not be written; it is tried again with every further write, and by ``retry``.
-
-Writer thread and measuring thread of the sessions, with the tasks that wait for them.
 """
 
 from __future__ import annotations

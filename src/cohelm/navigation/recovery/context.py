@@ -1,10 +1,8 @@
 """Recovery context: the facts for the stage machine, and the use of its action.
 
-Occupied goal: a person stands where the chair would stand at its goal.
-
-The chair waits near the goal outside the person's space, and takes the place once it is free. To
-creep closer, to back up or to look for another path helps only if the person waits for the chair,
-so it comes later.
+Where a person stands at the goal, the chair waits near it outside the person's space, and takes the
+place once it is free. To creep closer, to back up or to look for another path helps only if the
+person waits for the chair, so it comes later.
 """
 
 from __future__ import annotations

@@ -9,13 +9,11 @@ A blocked path whose passage is open is replaced through that passage only (``op
 the rider steers, the new path starts where the rider's input leads, so that it passes an obstacle
 on the side that the rider chose.
 
-Passages of a path: blocked, or open a little beside it.
-
-When a path is planned round an obstacle, only one side of it may have been seen. Once the next side
-is seen, the obstacle may be some centimetres larger, and the path too close to it. The path round
-its other side can then be the cheaper one. A chair that is close to the obstacle and has no space
-to turn cannot follow that path. So a path whose passage is open is replaced by paths through the
-same passage only.
+A passage is blocked, or open a little beside the path. When a path is planned round an obstacle,
+only one side of it may have been seen. Once the next side is seen, the obstacle may be some
+centimetres larger, and the path too close to it. The path round its other side can then be the
+cheaper one. A chair that is close to the obstacle and has no space to turn cannot follow that path.
+So a path whose passage is open is replaced by paths through the same passage only.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Detectors of groups: clusters of pairs with evidence gathered over time, or no groups at all.
 
-Clusters of people from evidence about pairs, and their persistent ids.
-
-Evidence from positions, motion and headings that two people belong together.
+Positions, motion and headings are evidence that two people belong together; clusters of such pairs
+are groups, which keep their ids.
 """
 
 from __future__ import annotations

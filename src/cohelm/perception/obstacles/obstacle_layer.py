@@ -9,11 +9,9 @@ is not (yet) tracked as a person is an obstacle.
 A planar scan is at one height: its beams clear the cells they cross, except objects from a cloud. A
 cloud's beams clear the objects they pass through, not those below them (see ``cloud_evidence``).
 
-Evidence of a cloud for the cells of the obstacle layer, with the heights of objects.
-
-A beam that passes above an object does not clear it. So the layer stores the observed lower and
-upper end of each cell's object, and only a beam through that range of heights, on its way to the
-floor or to another object, takes evidence away.
+A beam of a cloud that passes above an object does not clear it. So the layer stores the observed
+lower and upper end of each cell's object, and only a beam through that range of heights, on its way
+to the floor or to another object, takes evidence away.
 """
 
 from __future__ import annotations

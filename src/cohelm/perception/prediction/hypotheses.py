@@ -1,10 +1,9 @@
 """Predictor with five hypotheses: people keep going, stop, turn back or turn aside.
 
-Recovery of measurements; valid only for a tracker whose estimates follow a Kalman update.
-
-A tracker smooths: it takes a share K of each innovation, so that its estimate lags when a person
-stops or turns, with correlated errors. From two states at successive observations, the measured
-position can be computed.
+Measurements are recovered from the tracks, which is valid only for a tracker whose estimates follow
+a Kalman update. A tracker smooths: it takes a share K of each innovation, so that its estimate lags
+when a person stops or turns, with correlated errors. From two states at successive observations,
+the measured position can be computed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Association of tracks and detections: optimal assignment, merged people, visibility.
 
-Optimal assignment: pairs of rows and columns at the least total cost, in compiled code.
+The optimal assignment, pairs of rows and columns at the least total cost, is compiled code.
 """
 
 from __future__ import annotations

@@ -8,8 +8,6 @@ enough, visit no place twice, share little with the known routes, and have an ob
 pillar between (plateaus: Abraham et al., Alternative Routes in Road Networks, 2013). If wishes
 attract, routes through the places where the planner's own route meets them come first, and then
 routes that meet none.
-
-Overlap of two routes, obstacles between them, and self-crossing of a route.
 """
 
 from __future__ import annotations

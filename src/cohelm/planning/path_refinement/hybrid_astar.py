@@ -5,14 +5,11 @@ drives backwards. The cost field over the plane guides the search. From every fe
 Dubins path (arc, straight line, arc) to the goal in each gear, so that it ends exactly there; a
 goal without a heading is reached by arc and line. Poses are in the grid's frame.
 
-Legs of a path over (x, y, heading), and the poses along them.
+A leg of a path is a row: the pose at its start, its curvature and its length, negative backwards;
+for a turn on the spot the curvature is infinite and the length is the turn.
 
-A leg is a row: the pose at its start, its curvature and its length, negative backwards; for a turn
-on the spot the curvature is infinite and the length is the turn.
-
-Arcs and straight lines: poses along them, and those that lead to a pose (Dubins, 1957).
-
-Nodes of the search over (x, y, heading): reached poses, and a hash table of them, compiled.
+Arcs and straight lines that lead to a pose are those of Dubins (1957). Reached poses are kept in a
+hash table.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Steps that all grid planners share: from a prepared problem and a search to a path.
 
-Explanation of a missing path: the tightest passage, or the rule that closes all paths.
+A missing path is explained by the tightest passage, or by the rule that closes all paths.
 """
 
 from __future__ import annotations

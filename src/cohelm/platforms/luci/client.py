@@ -1,6 +1,6 @@
 """Connection with LUCI: streams come in, the remote joystick goes out, in threads of their own.
 
-Pace of the remote joystick: 20 messages a second whatever the control loop does; no clock.
+The joystick keeps its pace of 20 messages a second whatever the control loop does:
 
 a new command           sent at once
 no new one for 54 ms    the last one again, every 50 ms: below 10 Hz LUCI applies the brakes

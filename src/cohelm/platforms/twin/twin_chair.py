@@ -1,8 +1,6 @@
 """Chair of the twin in its world: MuJoCo moves it, and people and walls touch it.
 
-Sensors of the twin: rays of MuJoCo from the moving body.
-
-Model of a world in MuJoCo: chair, building and people, with what is needed to move them.
+The model holds chair, building and people; the sensors are rays of MuJoCo from the moving body.
 """
 
 from __future__ import annotations

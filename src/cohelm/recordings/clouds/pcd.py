@@ -9,7 +9,7 @@ LZF: a byte c below 32 begins a literal of c + 1 bytes. Otherwise its upper thre
 (7: the next byte is added), and its lower five with the following byte a distance back; length + 2
 bytes are copied from there, one by one, so that they may overlap.
 
-Header of a PCD file: names, types and number of the fields of a point, and contradictions.
+A header that contradicts itself is refused.
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
 """Pedestrians by social forces, alone and in groups (Helbing and Molnár 1995; Moussaïd 2009, 2010).
 
-dv/dt = (v⁰e − v)/τ + Σ f_ij + f_wall + f_group, see ``forces``; at most 1.3 v⁰. Forces alone let
+dv/dt = (v⁰e − v)/τ + Σ f_ij + f_wall + f_group, at most 1.3 v⁰. Forces alone let
 bodies overlap in a press, so the velocity is limited, see ``velocity_constraints``.
 
-Social forces, accelerations in m/s²: between people, of walls, and within groups.
-
-Between people: Moussaïd, Helbing, Garnier, Johansson, Combe, Theraulaz, "Experimental study of the
-behavioural mechanisms underlying self-organization in human crowds", Proc. R. Soc. B 276 (2009).
-Within groups: Moussaïd, Perozo, Garnier, Helbing, Theraulaz, "The walking behaviour of pedestrian
-social groups and its impact on crowd dynamics", PLoS ONE 5 (2010). Both after Helbing and Molnár,
-"Social force model for pedestrian dynamics", Phys. Rev. E 51 (1995).
+Forces are accelerations, m/s². Between people: Moussaïd, Helbing, Garnier, Johansson, Combe,
+Theraulaz, "Experimental study of the behavioural mechanisms underlying self-organization in human
+crowds", Proc. R. Soc. B 276 (2009). Within groups: Moussaïd, Perozo, Garnier, Helbing, Theraulaz,
+"The walking behaviour of pedestrian social groups and its impact on crowd dynamics", PLoS ONE 5
+(2010). Both after Helbing and Molnár, "Social force model for pedestrian dynamics", Phys. Rev. E 51
+(1995).
 """
 
 from __future__ import annotations

@@ -1,10 +1,9 @@
 """Velocity constraints of pedestrians: ORCA's half-planes, and freedom from contact in one step.
 
-Linear programs of ORCA: velocities under half-planes (van den Berg et al. 2011, §5).
-
-A half-plane is a row (p_x, p_y, d_x, d_y): a point on its border and the unit direction of the
-border; the left of the direction is allowed. The programs visit the half-planes in the given order,
-so that with the same order they give the result of the RVO2 library.
+The linear programs are those of van den Berg et al. 2011, §5. A half-plane is a row (p_x, p_y, d_x,
+d_y): a point on its border and the unit direction of the border; the left of the direction is
+allowed. The programs visit the half-planes in the given order, so that with the same order they
+give the result of the RVO2 library.
 """
 
 from __future__ import annotations

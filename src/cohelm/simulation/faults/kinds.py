@@ -1,8 +1,6 @@
 """All kinds of faults by name.
 
-Faults of time: a clock that steps, a navigator that is late.
-
-Faults of the wheel odometry.
+Those of time (a clock that steps, a navigator that is late) and of the wheel odometry stand here.
 """
 
 from __future__ import annotations

@@ -5,8 +5,6 @@ the whole footprint, against visible obstacles and walking people; the one with 
 chosen. This is a dynamic window (Fox, Burgard and Thrun 1997) over paths instead of twists: a
 rollout can be an S, as through a gap beside the route.
 
-Rollouts of the rider's steering law along candidate paths.
-
 Each rollout follows the steering law for some seconds. The bounding box of the chair is checked
 against obstacles in sight, and against people who walk on at constant velocity.
 """

@@ -1,10 +1,9 @@
 """3-D LiDARs and depth cameras: rays, range noise and dropouts, and the owner of each point.
 
-Ray casting in 3-D on a floor, extruded cells and bodies, one vertical plane after another.
-
-All rays of a plane share one walk through the cells (Amanatides and Woo 1987). From one point a
-steeper ray never ends before a less steep one: over a height field the lowest rays end first, so
-one pointer moves up through the rays as the walk proceeds.
+Rays are cast on a floor, extruded cells and bodies, one vertical plane after another. All rays of a
+plane share one walk through the cells (Amanatides and Woo 1987). From one point a steeper ray never
+ends before a less steep one: over a height field the lowest rays end first, so one pointer moves up
+through the rays as the walk proceeds.
 """
 
 from __future__ import annotations
