@@ -129,7 +129,10 @@ def _bounded(
 
 
 class LocalPlanner(Protocol):
-    """Entry point of ``cohelm.local_planners``; a class with ``Parameters``."""
+    """Entry point of ``cohelm.local_planners``; a class with ``Parameters``.
+
+    The gate keeps the clearance from people of an attribute ``clearance``, where there is one.
+    """
 
     steps: int
     """Steps of reference and predictions that it needs; a plan may have fewer."""

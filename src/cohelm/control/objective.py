@@ -54,7 +54,7 @@ from cohelm.control.terms.stage import Encounter, LocalModel, Stage
 from cohelm.kernels import CACHED, INNER, KERNEL
 from cohelm.maps.distance import sample
 
-_BODY, _SPACE = 0, 1
+_BODY, _SOCIAL = 0, 1
 """Columns of ``Objective.start`` and of ``Workspace.before``."""
 
 
@@ -75,7 +75,7 @@ def start_values(scene: Scene, norm: int) -> Floats:
         e = state_encounter(people, scene.robot.capsule, q, stage)
         state = people.states[q, 0]
         out[q, _BODY] = min(body_value(scene, e, state, q, ZERO, norm), barrier.REACH)
-        out[q, _SPACE] = min(social_value(people, e, state), barrier.REACH)
+        out[q, _SOCIAL] = min(social_value(people, e, state), barrier.REACH)
     return out
 
 
@@ -253,7 +253,7 @@ def _people_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> f
                 total += _priced(o.bodies, _BODY, h, q, people.person[q], work)
             if o.social.active and o.social.binds[q]:
                 h = social_value(people, e, state)
-                total += _priced(o.social, _SPACE, h, q, people.person[q], work)
+                total += _priced(o.social, _SOCIAL, h, q, people.person[q], work)
     work.free[0] = soonest
     return total
 

@@ -23,6 +23,7 @@ from cohelm.control.terms import (
     wall_clearance,
 )
 
+# BODIES and SOCIAL are neighbours: ``objective`` adds the kind of a barrier to the first.
 (PROGRESS, PATH, HEADING, EFFORT, CHANGE, TRACK, PERSON, SPACE, GROUP, WALL,
  BODIES, SOCIAL, WALLS) = range(13)  # fmt: skip
 TERMS = (

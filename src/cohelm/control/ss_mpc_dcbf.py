@@ -188,8 +188,8 @@ class SsMpcDcbf:
         improved, programs = self._improve(cycle, cheapest_of_different_classes(found, count))
         usable = found if trusted else [each for each in found if each.origin != PREVIOUS]
         ranked = sorted([*improved, *usable], key=lambda each: each.score)
-        own = self._first_verified(cycle, ranked)
-        return self._plan_or_stop(cycle, own, iterations + programs, resampled=True)
+        chosen = self._first_verified(cycle, ranked)
+        return self._plan_or_stop(cycle, chosen, iterations + programs, resampled=True)
 
     def _plan_or_stop(
         self, cycle: PlanningCycle, chosen: Candidate | None, iterations: int, *, resampled: bool
@@ -213,9 +213,10 @@ class SsMpcDcbf:
         return cycle.evaluate(inputs, [seed.origin for seed in seeds]) if seeds else [], programs
 
     def _first_verified(self, cycle: PlanningCycle, ranked: list[Candidate]) -> Candidate | None:
-        """The cheapest candidate that verification accepts.
+        """The cheapest candidate that verification accepts; None: brake hard.
 
-        If none is, the best one at reduced speed, then stops, the gentlest first.
+        If none is accepted, the best one at reduced speed, then the gentlest stop that stands in
+        time, then the hardest one that helps.
         """
         for candidate in ranked:
             if cycle.accepts(candidate):

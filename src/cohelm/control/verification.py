@@ -280,7 +280,10 @@ class Verifier:
         return bool(off.max() > max(limit, float(off[0]) + _DEVIATION_NOW))
 
     def _may_brake(self, command: Floats) -> bool:
-        """Check that comfort braking after ``command`` (m,) touches nothing, as the gate does."""
+        """Check that comfort braking after ``command`` (m,) touches nothing.
+
+        No less strict than the gate, see ``tests/safety/test_planner_margins.py``.
+        """
         poses = self._braking(command, self.problem.robot.max_deceleration)
         closest = CLOSEST * self.margins.people
         margins = self.margins._replace(people=closest, growth=0.0, followers=False)
@@ -357,15 +360,17 @@ class Verifier:
                 reason for hard braking yet.
         """
         command = trajectory.inputs[0]
-        later = self._escape(command, share)
+        later = self._contacts_if_braking(command, share)
         if (later == np.inf).all():
             return True
         if share not in self._now:
-            self._now[share] = self._escape(np.zeros_like(command), share)
+            self._now[share] = self._contacts_if_braking(np.zeros_like(command), share)
         now = self._now[share]
+        # As good: a contact comes later than after braking at once, or never, or at the same time
+        # with what is not ahead. Ahead, braking at once would touch more slowly.
         return bool(((later > now) | (later == np.inf) | ((later == now) & ~self._ahead)).all())
 
-    def _escape(self, command: Floats, share: float) -> Floats:
+    def _contacts_if_braking(self, command: Floats, share: float) -> Floats:
         """Times (1 + n,) of the contacts if the robot brakes hard after ``command`` (m,), s."""
         problem, rules = self.problem, self.rules
         poses = self._braking(command, problem.robot.emergency_deceleration)

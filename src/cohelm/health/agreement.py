@@ -19,7 +19,8 @@ _COARSE_GAP = 0.2
 """Time between two observations after which the comparison begins anew, s: how the chair moved
 meanwhile is not known well enough for it."""
 JUMP = (0.25, 0.35)
-"""Step of the pose beyond the odometry that is a jump, m and rad; as of the safety gate."""
+"""Step of the pose beyond the odometry that is a jump, m and rad; the defaults of the safety gate,
+whose parameters it does not follow."""
 
 
 class MotionHistory(NamedTuple):

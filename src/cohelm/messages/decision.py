@@ -22,7 +22,7 @@ class Status(StrEnum):
     RELAXED = "relaxed"
     """A soft constraint is relaxed; see ``slack``. Verified nevertheless."""
     STOP = "stop"
-    """No verified plan: braking."""
+    """Braking: no plan is verified, or the robot stands for a moment after a contact or a stop."""
 
 
 @value
@@ -42,7 +42,7 @@ class LocalPlan:
     reason: Reason | None = None
     """Given with ``Status.STOP``."""
     brief: bool = False
-    """The stop is too short to be felt so far, so it is not reported to the rider yet."""
+    """A stop by comfort braking that still rolls: not felt yet, so the rider is not told."""
     urgent: bool = False
     """Comfort braking may not be enough: use the robot's maximum deceleration."""
     costs: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))

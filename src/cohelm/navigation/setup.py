@@ -89,7 +89,7 @@ class NavigatorSetup:
 
     @property
     def clearance(self) -> Clearance:
-        """Clearance from people: the local planner's own where it has one, for the gate as well."""
+        """Clearance from people, for the gate too: the local planner's ``clearance``, if any."""
         return getattr(self.local_planner, "clearance", Clearance())
 
     def speed_limit(self, request: Request) -> float:

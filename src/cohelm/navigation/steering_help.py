@@ -1,22 +1,23 @@
 """Steering help: the rider's own motion where it is clear, else the nearest clear one.
 
-1. Without a forward push the safety gate gets the rider's motion unchanged: the chair turns on the
-   spot, backs up or stands.
-   A single switch turns slowly at first, and beside an obstacle.
-   Before a narrow passage the chair waits for people who come towards it.
-2. A motion that is clear of walls and people is not changed, except that a chair that was led aside
+1. Before a narrow passage the chair waits for people who come towards it.
+2. Without a forward push the safety gate gets the rider's motion: the chair turns on the spot,
+   backs up or stands. It turns slowly beside an obstacle; a single switch also turns slowly at
+   first.
+3. A motion that is clear of walls and people is not changed, except that a chair that was led aside
    turns back to the direction of the push. Clear means for 0.8 s with a steady stick, and for 3 s
    with a coarse or unsteady one.
    A wall of the map that the scan passes stops the chair, but does not turn it
    (``navigation.map_openings``).
-3. Where only walking people are in the way, the chair keeps the rider's motion at a lower speed. A
-   chair that yields takes step 4 at once.
-4. Otherwise the local planner tracks the motion that the stick asks for: it slides along walls,
+   A chair that squeezes past something skips this step and the next.
+4. Where only walking people are in the way, the chair keeps the rider's motion at a lower speed. A
+   chair that yields takes step 5 at once.
+5. Otherwise the local planner tracks the motion that the stick asks for: it slides along walls,
    passes people and obstacles, and goes through doors. It is never faster than the stick asks, and
    never farther from its direction than ``SteeringParameters.max_deviation``.
    A steady stick, or one that leans to a side, is not overruled for what lies farther ahead: the
    chair takes only as much of the planned turn as keeps it clear for a moment.
-5. If the planner finds nothing, the rider's motion is tried at creep speed, which no corner of the
+6. If the planner finds nothing, the rider's motion is tried at creep speed, which no corner of the
    chair exceeds. The gate decides, and gives the reason.
 """
 
@@ -102,7 +103,7 @@ def steer(
     """
     twist = authority.twist
     if intent.waits or not intent.forward:
-        return None, _without_push(step, world, intent, twist)
+        return None, _waiting_or_without_push(step, world, intent, twist)
     own = None if intent.squeezes else _own_motion(step, world, authority, intent)
     if own is not None:
         return None, own
@@ -190,7 +191,7 @@ def _with_less_turn(
     return None if least is None else Command(twist=least)
 
 
-def _without_push(
+def _waiting_or_without_push(
     step: StepInput, world: WorldModel, intent: RiderIntent, twist: Floats
 ) -> Command:
     """Motion of a chair that waits before a passage, turns on the spot, backs up or stands."""

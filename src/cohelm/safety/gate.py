@@ -160,7 +160,7 @@ def _contact(
 
 
 def stop(reason: Reason) -> Decision:
-    """Zero twist; emergency braking where the sensors are not trusted or STOP is pressed."""
+    """Zero twist, by emergency braking unless the reason is one of ``_GENTLE``."""
     return Decision(twist=np.zeros(3), reason=reason, emergency=reason not in _GENTLE)
 
 
@@ -189,7 +189,10 @@ _GENTLE = frozenset(
         Reason.ASK_RIDER,
     }
 )
-"""Reasons for comfort braking: the sensors are trusted and STOP is not pressed."""
+"""Reasons for comfort braking: the sensors are trusted, nothing is near and nobody wants a stop.
+
+A new reason brakes hard until it is listed. Hard are also a stick that is pulled back (the rider
+wants to stand, or backwards), an obstacle ahead, and whatever waits for the driver's word."""
 
 
 def _within_limits(wanted: Floats, robot: Robot, speed_limit: float) -> Floats:

@@ -42,7 +42,7 @@ class RecoveryStage(StrEnum):
     REVERSE = "reverse"
     """Back up along the driven track; see ``reversing``."""
     WAIT_AT_GOAL = "wait_at_goal"
-    """Wait for a person at the goal; see ``occupied_goal``."""
+    """Wait for a person at the goal; see ``context.waiting_place``."""
 
 
 class PeopleNearby(StrEnum):
@@ -296,6 +296,7 @@ def _while_asking(
 
 
 _Transition = Callable[[RecoveryContext, RecoveryState, RecoveryParameters], RecoveryState]
+# ``REVERSE`` and ``WAIT_AT_GOAL`` are left before this table is asked.
 _TRANSITIONS: Mapping[RecoveryStage, _Transition] = {
     RecoveryStage.WAIT: _after_wait,
     RecoveryStage.REPLAN: _after_replan,
