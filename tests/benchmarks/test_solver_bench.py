@@ -9,13 +9,13 @@ import pytest
 from cohelm.benchmarks.bench import Result
 from cohelm.benchmarks.claims import MET, MISSED
 from cohelm.benchmarks.solver import bench as solver
+from cohelm.benchmarks.solver.comparison import along
+from cohelm.benchmarks.solver.programs import minimise, program_at
 from cohelm.benchmarks.solver.speed import PLAN, piqp
 from cohelm.benchmarks.solver.states import FUTURES, later, ride, with_futures
 from cohelm.control import SsMpcDcbf
 from cohelm.errors import ConfigError
-from cohelm.testing.comparison import along
 from cohelm.testing.problems import random_problem
-from cohelm.testing.programs import minimise, program_at
 
 
 def test_its_parts_can_be_asked_for_alone():

@@ -9,7 +9,9 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from cohelm.benchmarks.solver.comparison import OptimumVerdict, along, compare
 from cohelm.benchmarks.solver.correctness import commands, failures
+from cohelm.benchmarks.solver.oracle import solve
 from cohelm.benchmarks.solver.states import with_futures
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.stack import Terms, TrackingTerms
@@ -17,8 +19,6 @@ from cohelm.control.terms import InputDeviation, TrackReference
 from cohelm.messages import Groups
 from cohelm.robots.clearance import Clearance
 from cohelm.social import PersonalSpace
-from cohelm.testing.comparison import OptimumVerdict, along, compare
-from cohelm.testing.oracle import solve
 from cohelm.testing.problems import field_of, random_problem
 from cohelm.testing.scenes import local_problem, walkers
 

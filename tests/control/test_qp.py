@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize, nnls
 
+from cohelm.benchmarks.solver.programs import Duals, QuadraticProgram, minimise, program_at
 from cohelm.errors import SolverFailed
-from cohelm.testing.programs import Duals, QuadraticProgram, minimise, program_at
 from cohelm.testing.scenes import local_problem
 
 FAR = 1e6

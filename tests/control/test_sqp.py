@@ -3,14 +3,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from cohelm.benchmarks.solver.comparison import along
+from cohelm.benchmarks.solver.programs import minimise, program_at
 from cohelm.control import OptimalControl, SsMpcDcbf
 from cohelm.control.objective_tables import TERMS
 from cohelm.control.stack import Terms, TrackingTerms
 from cohelm.control.terms import Barrier, InputDeviation, Progress, TrackReference
 from cohelm.robots.clearance import Clearance
-from cohelm.testing.comparison import along
 from cohelm.testing.problems import mirrored, turned
-from cohelm.testing.programs import minimise, program_at
 from cohelm.testing.scenes import local_problem, straight_reference, walkers
 
 

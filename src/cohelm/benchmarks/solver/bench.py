@@ -40,6 +40,7 @@ from cohelm.benchmarks.claims import (
 )
 from cohelm.benchmarks.options import repeatable
 from cohelm.benchmarks.solver import correctness, speed
+from cohelm.benchmarks.solver.comparison import OptimumVerdict
 from cohelm.benchmarks.solver.correctness import NEAR
 from cohelm.benchmarks.solver.speed import IPOPT, PLAN, PLAN_2, PLAN_6, SOLVE, SOLVE_6
 from cohelm.benchmarks.solver.states import TICKS, planner_with
@@ -47,7 +48,6 @@ from cohelm.control import SsMpcDcbf
 from cohelm.messages import Status
 from cohelm.plotting import canvas
 from cohelm.plotting.route_panels import STYLES
-from cohelm.testing.comparison import OptimumVerdict
 
 HORIZON = 25
 """Horizon at which times are judged."""

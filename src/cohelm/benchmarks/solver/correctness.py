@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from cohelm.benchmarks.solver.comparison import OptimumVerdict, compare, first_command
 from cohelm.benchmarks.solver.states import solved_ride
 from cohelm.control import SsMpcDcbf
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.errors import ControlError
 from cohelm.messages import Status
-from cohelm.testing.comparison import OptimumVerdict, compare, first_command
 from cohelm.testing.problems import random_problem
 
 HORIZON = 25

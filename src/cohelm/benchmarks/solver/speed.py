@@ -12,20 +12,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.benchmarks.solver.states import TICKS, RideState, ride, with_futures
-from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory, qp
-from cohelm.control.daqp_call import daqp_addresses
-from cohelm.errors import ControlError
-from cohelm.stopwatch import Stopwatch, Timing
-from cohelm.testing import oracle
-from cohelm.testing.comparison import along
-from cohelm.testing.problems import random_problem
-from cohelm.testing.programs import (
+from cohelm.benchmarks.solver import oracle
+from cohelm.benchmarks.solver.comparison import along
+from cohelm.benchmarks.solver.programs import (
     QuadraticProgram,
     minimise,
     program_at,
     program_workspace,
 )
+from cohelm.benchmarks.solver.states import TICKS, RideState, ride, with_futures
+from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory, qp
+from cohelm.control.daqp_call import daqp_addresses
+from cohelm.errors import ControlError
+from cohelm.stopwatch import Stopwatch, Timing
+from cohelm.testing.problems import random_problem
 
 PLAN, PLAN_2 = "plan, 1 candidate", "plan, default"
 PLAN_6 = "plan, 3 hypotheses, 2 candidates"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.benchmarks.solver.comparison import along
 from cohelm.config import override, validate
 from cohelm.control import LocalProblem, SsMpcDcbf, Trajectory
 from cohelm.control.trajectories import limited_trajectory
@@ -15,7 +16,6 @@ from cohelm.control.warm_start import estimate_current_input
 from cohelm.errors import ConfigError
 from cohelm.messages import LocalPlan, Predictions, Reference
 from cohelm.stopwatch import Stopwatch
-from cohelm.testing.comparison import along
 from cohelm.testing.problems import RandomProblem, problem_of
 
 TICK = 0.05

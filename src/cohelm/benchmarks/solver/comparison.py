@@ -10,10 +10,10 @@ from enum import StrEnum
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.benchmarks.solver.oracle import OracleSolution, solve
 from cohelm.control import LocalProblem, OptimalControl, SsMpcDcbf, Trajectory
 from cohelm.control.trajectories import limited_trajectory
 from cohelm.geometry import transform
-from cohelm.testing.oracle import OracleSolution, solve
 from cohelm.testing.problems import RandomProblem
 
 _ENOUGH = 60

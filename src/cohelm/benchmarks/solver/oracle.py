@@ -24,11 +24,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.benchmarks.solver.oracle_terms import (
+    Footprint,
+    Hinges,
+    ProgramSize,
+    barriers,
+    cost_of,
+    hinged,
+)
 from cohelm.control import LocalProblem, OptimalControl
 from cohelm.control.path import SPACING, path_table, project_on_path
 from cohelm.control.stack import Terms
 from cohelm.stopwatch import Stopwatch
-from cohelm.testing.oracle_terms import Footprint, Hinges, ProgramSize, barriers, cost_of, hinged
 
 _FREE = np.inf
 _ROUNDING = 1e-6
