@@ -1,8 +1,8 @@
 """Contract of a benchmark: tasks from seeds, rows from each task, a report from the rows.
 
 A benchmark's module has a function ``create(**options)`` that returns a :class:`Bench`; one line in
-``cohelm.cli.bench_commands`` makes it a command, with an option for each argument of ``create``.
-``cohelm.evaluation.sweeps`` runs the tasks.
+``cohelm.cli.bench_commands`` makes it a command, with an option for each argument of ``create``; a
+file of one's own needs no entry. ``cohelm.evaluation.sweeps`` runs the tasks.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LOCAL_PLANNERS: Mapping[str, str] = MappingProxyType({"local_planner": "--planne
 
 
 class Bench(Protocol):
-    """A benchmark: a frozen dataclass whose fields identify the sweep."""
+    """A benchmark; the options of its ``create`` and its tasks identify the sweep."""
 
     TITLE: str
     SEEDS: int
@@ -114,12 +114,17 @@ def unset(settings: Iterable[str], compared: Mapping[str, str]) -> None:
     Raises:
         ConfigError: naming the option that sets the key.
     """
-    options = {"seed": "--seeds and --first", **compared}
     for setting in settings:
-        key = setting.partition("=")[0].strip()
-        option = options.get(key.removesuffix(".use"))
-        if option is not None:
-            raise ConfigError(f"is set by {option} and cannot be set for all rides", key=key)
+        for key, option in {"seed": "--seeds and --first", **compared}.items():
+            # parameters of what is compared, as ``local_planner.iterations``, may be set
+            if f"{key}.use.".startswith(f"{key_of(setting)}."):
+                text = f"is set by {option} and cannot be set for all rides"
+                raise ConfigError(text, key=key_of(setting))
+
+
+def key_of(setting: str) -> str:
+    """Key of ``dotted.key=value``."""
+    return setting.partition("=")[0].strip()
 
 
 def missing_data(*names: str) -> str:

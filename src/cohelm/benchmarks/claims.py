@@ -40,8 +40,10 @@ class Bound(NamedTuple):
             return "all"
         if share and self == SOME:
             return "some"
-        sign, bound = ("≤", self.high) if math.isinf(self.low) else ("≥", self.low)
-        return f"{sign} {100.0 * bound:g} %" if share else f"{sign} {bound:g}"
+        factor, unit = (100.0, " %") if share else (1.0, "")
+        ends = (("≥", self.low), ("≤", self.high))
+        given = [f"{sign} {factor * end:g}{unit}" for sign, end in ends if not math.isinf(end)]
+        return ", ".join(given)
 
 
 NONE, ALL, SOME = Bound(high=0.0), Bound(low=1.0), Bound(low=1e-9)

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
+from cohelm.benchmarks.bench import known_name
 from cohelm.benchmarks.claims import (
     AGREES,
     CONTRADICTS,
@@ -70,6 +71,14 @@ class Requirement:
     """Name for the rides of all cases together; empty: one verdict per case."""
     only_missed: bool = False
 
+    def __post_init__(self) -> None:
+        """Check the figure.
+
+        Raises:
+            ConfigError: if there is none of this name.
+        """
+        known_name(self.figure, tuple(FIGURES), "figure", "Requirement")
+
     def verdicts(self, groups: Groups) -> Iterator[Verdict]:
         """See :class:`Claim`."""
         found = {case: groups[case][self.contender] for case in self._cases(groups)}
@@ -105,7 +114,8 @@ class Requirement:
             return not_run(self.source, self.text, [self.contender])
         figure = FIGURES[self.figure]
         holds = [self.bound.holds(figure.value(rides)) for rides in found.values()]
-        agrees = AGREES if len(found) == len(self.cases) else PARTLY
+        complete = all(any(fnmatch(case, each) for case in found) for each in self.cases)
+        agrees = AGREES if complete else PARTLY
         says = ", ".join(f"{case} {figure.text(rides)}" for case, rides in found.items())
         result = agrees if all(holds) else CONTRADICTS
         return Verdict(self.source, self.text, f"{figure.label}: {says}", result=result)
@@ -196,7 +206,7 @@ def between(contender: str, cases: Sequence[str], reference: str) -> tuple[Pair,
 
 @dataclass(frozen=True)
 class FewestOf:
-    """Requirement that no rival has a smaller share than ours; if strict, no equal one either."""
+    """Requirement that no rival has a smaller share than ours; if strict, only 0 may be equal."""
 
     figure: str
     cases: tuple[str, ...]

@@ -15,7 +15,7 @@ from typing import Any
 
 import yaml
 
-from cohelm.benchmarks.bench import BenchReport, Result, Task
+from cohelm.benchmarks.bench import BenchReport, Result, Task, key_of
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps import RideTask, check_rides, ride_row
 from cohelm.scenarios.scenario import Scenario
@@ -138,6 +138,35 @@ class Grid:
     keep: Callable[[Mapping[str, str], int, range], bool] | None = None
     """False for a ride, by its columns, seed and all seeds, that is left out."""
 
+    def __post_init__(self) -> None:
+        """Check the axes.
+
+        Raises:
+            ConfigError: if one is empty, or not exactly one names scenarios.
+        """
+        if not all(self.axes) or not 1 <= self.compared <= len(self.axes):
+            raise ConfigError("a study compares one to all of its axes, and none is empty")
+        named = [all(each.scenario for each in axis) for axis in self.axes if _names(axis)]
+        if named != [True]:
+            raise ConfigError("one axis of a study names a scenario with each choice, others none")
+
+    def check(self) -> None:
+        """Check that no setting of all rides changes what a choice is called for, or is ignored.
+
+        Raises:
+            ConfigError: naming the setting.
+        """
+        own = [each.at(0) for axis in self.axes for each in axis if each.columns]
+        shared = [s for axis in self.axes for c in axis if not c.columns for s in c.at(0).settings]
+        for setting, choice in itertools.product(shared, own):
+            for other in choice.settings:
+                a, b = f"{key_of(setting)}.", f"{key_of(other)}."
+                if setting != other and (a.startswith(b) or b.startswith(a)):
+                    raise ConfigError(
+                        f"is set by {choice.label!r} ({other}) and cannot be set for all rides",
+                        key=key_of(setting),
+                    )
+
     def __call__(self, seeds: range) -> list[tuple[RideTask, ...]]:
         """List the tasks."""
         cases, contenders = self.axes[: -self.compared], self.axes[-self.compared :]
@@ -156,6 +185,10 @@ class Grid:
             ride = ride_of((*drawn, *choices), seed)
             if self.keep is None or self.keep(dict(ride.columns), seed, seeds):
                 yield ride
+
+
+def _names(axis: Axis) -> bool:
+    return any(each.scenario for each in axis)
 
 
 def ride_all(task: Sequence[RideTask], *, empty_floor: bool = True) -> list[Result]:
@@ -190,7 +223,7 @@ class Study:
         return self.report_on(results, folder)
 
     def checked(self, part: str = "local_planner") -> Study:
-        """Return the study after a check, without riding, that each ride of a seed can be built.
+        """Return the study after a check, without riding: settings, and that rides can be built.
 
         Args:
             part: compared key of :data:`~cohelm.scenarios.scenario.PARTS`.
@@ -198,5 +231,7 @@ class Study:
         Raises:
             ScenarioError, PluginError, ConfigError: if something does not exist or does not fit.
         """
+        if isinstance(self.plan, Grid):
+            self.plan.check()
         check_rides(self.tasks(range(1)), part)
         return self

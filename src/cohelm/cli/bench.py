@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import tempfile
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -20,7 +21,7 @@ from cohelm.cli.report import ERRORS, OUTPUT, as_json, versions, write_json
 from cohelm.cli.requests import BenchRequest
 from cohelm.cli.streams import log_to_stderr
 from cohelm.errors import ConfigError
-from cohelm.evaluation.code_version import code
+from cohelm.evaluation.code_version import code, digest
 from cohelm.evaluation.sweeps.identity import canonical_text, check_plain
 from cohelm.evaluation.sweeps.ride_task import RideTask
 from cohelm.evaluation.sweeps.store import SweepHeader, SweepStore, check_new
@@ -54,7 +55,7 @@ def run_bench(
     chosen, tasks, workers = _planned(module, request)
     folder = _folder(request.out or Path("benches") / name, request)
     options = {option: canonical_text(value) for option, value in request.options.items()}
-    header = SweepHeader(bench=name, options=options, code=code())
+    header = SweepHeader(bench=name, options=options, code={**code(), **own_code(module)})
     with executor_for(request.cluster, workers) as executor:
         begun = SweepStore(folder, header, resume=request.resume, overwrite=request.overwrite)
         with begun as store, SweepProgress(name) as bar:
@@ -88,11 +89,16 @@ def _summary(name: str, done: SweepResult, report: BenchReport) -> Mapping[str, 
 def _planned(module: str, request: BenchRequest) -> tuple[Bench, Sequence[Task], int]:
     """The configured benchmark, its tasks, and the number of processes."""
     chosen = create_of(module)(**request.options)
+    if not hasattr(chosen, "tasks"):
+        raise ConfigError(f"create of {module!r} returns {chosen!r}, which is no study")
     seeds = chosen.SEEDS if request.seeds is None else request.seeds
     tasks = chosen.tasks(range(request.first, request.first + seeds))
     check_plain(tasks)
     _check_apart(tasks)
-    return chosen, tasks, request.workers or chosen.WORKERS or os.cpu_count() or 1
+    workers = request.workers or chosen.WORKERS or os.cpu_count() or 1
+    if workers > 1 or request.cluster:
+        _check_sendable(chosen, module)
+    return chosen, tasks, workers
 
 
 def create_of(module: str) -> Callable[..., Bench]:
@@ -111,6 +117,29 @@ def create_of(module: str) -> Callable[..., Bench]:
     return found
 
 
+def own_code(module: str) -> Mapping[str, str]:
+    """Digest of the file of a study of one's own, by its name; empty for those of cohelm."""
+    file = getattr(import_module(module.partition(":")[0]), "__file__", None)
+    if module.startswith("cohelm.") or file is None:
+        return {}
+    return {Path(file).name: digest(Path(file).read_bytes())}
+
+
+def _check_sendable(chosen: Bench, module: str) -> None:
+    """Check that worker processes can get a study.
+
+    Raises:
+        ConfigError: if not, as with a lambda.
+    """
+    try:
+        pickle.dumps(chosen.work)
+    except (pickle.PicklingError, AttributeError, TypeError) as cause:
+        raise ConfigError(
+            f"{module} cannot be sent to worker processes ({cause}): use functions of the file "
+            "instead of lambdas, or --workers 1"
+        ) from None
+
+
 def _check_apart(tasks: Sequence[Task]) -> None:
     """Refuse two different scenario files of one name: tables would mix them.
 
@@ -123,7 +152,8 @@ def _check_apart(tasks: Sequence[Task]) -> None:
         if other.scenario != ride.scenario or other.settings != ride.settings:
             name = ", ".join(word for _, word in ride.columns)
             raise ConfigError(
-                f"two different rides are called {name!r}, seed {ride.seed}; rename one file"
+                f"two different rides are called {name!r}, seed {ride.seed}: rename one file, or "
+                "give one choice another column"
             )
 
 

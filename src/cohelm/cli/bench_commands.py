@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,6 +13,7 @@ from typer.core import TyperGroup
 
 from cohelm.cli.options import Options, command
 from cohelm.cli.requests import BenchRequest
+from cohelm.config import nearest
 from cohelm.errors import ConfigError
 
 BENCHES = {
@@ -121,13 +123,16 @@ class _Benches(TyperGroup):
             return name, command_of(Path(name).stem, module_of(Path(name))), args[1:]
         if name in BENCHES:
             return name, command_of(name, *BENCHES[name]), args[1:]
-        return super().resolve_command(ctx, args)
+        if Path(f"{name}.py").is_file():
+            raise ConfigError(f"no benchmark is called {name!r}; a study's file is named {name}.py")
+        raise ConfigError(f"no benchmark is called {name!r}{nearest(name, BENCHES)}")
 
 
 app = typer.Typer(
     name="bench",
     cls=_Benches,
-    help="Benchmarks: each writes its rows, a summary and its pictures to a folder.",
+    help="Benchmarks: each writes its rows, a summary and its pictures to a folder. "
+    "`cohelm bench FILE.py` rides a study of your own (docs/results.md).",
     no_args_is_help=True,
     rich_markup_mode="rich",
 )
@@ -137,8 +142,11 @@ def command_of(name: str, module: str, text: str = "") -> Any:
     """Command of one benchmark, with the common options and those of its ``create``."""
     from cohelm.cli.bench import bench, create_of
 
-    shared = Options(BenchRequest, omit=("options",))
-    own = Options(create_of(module))
+    create, shared = create_of(module), Options(BenchRequest, omit=("options",))
+    own = Options(create)
+    if both := {each.name for each in shared.parameters} & {each.name for each in own.parameters}:
+        raise ConfigError(f"{', '.join(sorted(both))}: an option of every benchmark; rename it")
+    text = text or inspect.getdoc(inspect.getmodule(create)) or ""
 
     def run(**given: Any) -> int:
         request = BenchRequest(**shared.values(given), options=own.values(given))
@@ -157,10 +165,10 @@ def module_of(file: Path) -> str:
     """
     if not file.is_file():
         raise ConfigError("there is no such file", file=file)
-    sys.path.insert(0, str(file.resolve().parent))
-    found = find_spec(file.stem)
+    sys.path.append(str(file.resolve().parent))
+    found = find_spec(file.stem) if file.stem.isidentifier() and file.stem not in BENCHES else None
     if found is None or found.origin is None or not Path(found.origin).samefile(file):
-        raise ConfigError(f"a module is called {file.stem!r} already; rename the file", file=file)
+        raise ConfigError(f"{file.stem!r} is the name of something else; rename it", file=file)
     return file.stem
 
 

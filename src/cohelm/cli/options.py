@@ -7,6 +7,8 @@ import inspect
 from collections.abc import Callable, Collection, Mapping
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+from cohelm.errors import ConfigError
+
 
 class Options:
     """Options of a request or a function.
@@ -15,6 +17,9 @@ class Options:
         target: a dataclass or a function; each annotated parameter is an option, one of type
             ``tuple[X, ...]`` may be given several times.
         omit: names of parameters that are none.
+
+    Raises:
+        ConfigError: if a parameter has no type.
     """
 
     def __init__(self, target: Callable[..., Any], omit: Collection[str] = ()) -> None:
@@ -22,8 +27,11 @@ class Options:
         hints = get_type_hints(function, include_extras=True)
         self._forms: dict[str, tuple[Any, Any, bool]] = {}
         for name, each in inspect.signature(target).parameters.items():
-            if name not in omit:
-                self._forms[name] = (*_as_list(hints[name]), each.default)
+            if name in omit:
+                continue
+            if name not in hints:
+                raise ConfigError(f"the argument {name!r} of create needs a type")
+            self._forms[name] = (*_as_list(hints[name]), each.default)
 
     @property
     def parameters(self) -> list[inspect.Parameter]:
@@ -60,8 +68,8 @@ def command(
 
 def _as_list(hint: Any) -> tuple[Any, bool]:
     """Annotation that typer knows for a repeatable option, and True where it is one."""
-    kind, *declared = get_args(hint) or (hint,)
+    kind, *declared = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     if get_origin(kind) is not tuple:
         return hint, False
-    element: Any = get_args(kind)[0]
-    return Annotated[list[element] | None, declared[0]], True
+    several: Any = list[get_args(kind)[0]] | None  # type: ignore[misc]  # known only here
+    return Annotated[several, declared[0]] if declared else several, True

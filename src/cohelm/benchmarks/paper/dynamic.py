@@ -27,6 +27,7 @@ from cohelm.benchmarks.bench import (
     Result,
     Sheet,
     chosen_names,
+    key_of,
     unset,
 )
 from cohelm.benchmarks.claims import (
@@ -281,7 +282,12 @@ def create(planners: Planners = None, settings: Settings = ()) -> Study:
     fixed = {"profile.preferred_speed": "the pace of each table", "tracker": "the rows"}
     unset(settings, {**LOCAL_PLANNERS, **fixed})
     everyone, ours = preset()
-    paces = {SLOW: everyone, f"{NAMED:g} m/s": (*everyone, f"profile.preferred_speed={NAMED}")}
+    speed = "profile.preferred_speed"
+    paces = {
+        SLOW: tuple(each for each in everyone if key_of(each) == speed),
+        f"{NAMED:g} m/s": (f"{speed}={NAMED}",),
+    }
+    others = [each for each in everyone if key_of(each) != speed]
     compared = []
     for name in chosen_names(planners, "--planners", rivals()):
         own = ours if name == OURS else tuned_settings(name)
@@ -289,7 +295,13 @@ def create(planners: Planners = None, settings: Settings = ()) -> Study:
         if name == OURS:
             compared.append(contender_of(SENSED, OURS, ours))
     plan = Grid(
-        (axis("pace", paces), scenes_of(DYNAMIC), tuple(compared), common(settings)),
+        (
+            common(others),
+            axis("pace", paces),
+            scenes_of(DYNAMIC),
+            tuple(compared),
+            common(settings),
+        ),
         compared=2,
         keep=_is_ridden,
     )

@@ -164,7 +164,7 @@ def create(
         ConfigError, PluginError, ScenarioError: if a part, a mode or a setting does not exist, or
             the maps of a part that is named are missing.
     """
-    unset(settings, {"mode": "--modes"})
+    unset(settings, {"mode": "--modes", "people.see_robot": "--part"})
     known = [each.value for each in Mode]
     driven = chosen_names(modes, "--modes", (), kind="mode", known=known)
     for name in part:

@@ -46,6 +46,7 @@ COMPARED = {
     "rider": "--modes",
     "time_limit": "the seed",
     "health.enabled": "--unwatched",
+    "people.see_robot": "the benchmark, in which nobody sees the chair",
 }
 """Keys that cannot be set for all rides → what sets them."""
 

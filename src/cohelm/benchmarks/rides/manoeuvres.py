@@ -31,7 +31,7 @@ COMPARED = {
     "start": "the seed",
     "goal": "the seed",
     "robot": "--robots",
-    "floor_plan.corridors": "the seed",
+    **{f"floor_plan.{part}": "the seed" for part in ("corridors", "rooms", "doors", "furniture")},
 }
 """Keys that cannot be set for all rides → what sets them."""
 CLAIMS = tuple(

@@ -18,15 +18,19 @@ from cohelm.benchmarks.claims import (
 from cohelm.benchmarks.ride_claims import (
     Claim,
     Groups,
+    Requirement,
     few_rides,
     judge,
 )
 from cohelm.benchmarks.tables import difference_table, figures, group_table, groups_of
+from cohelm.errors import ConfigError
 from cohelm.evaluation.metrics.measures import REPORTED
 from cohelm.evaluation.report import PaperTable, write_results
 from cohelm.evaluation.report.rides import Rides, Row
 from cohelm.plotting import Strip, StripPanel, draw_strips
 
+CASE = "case"
+"""Column of the compared columns but the last, joined."""
 MEASURES = (
     "reached", "person_collision", "collision_speed", "wall_collision", "standing_contact",
     "time", "time_ratio", "min_distance", "solve_median_ms", "solve_p99_ms",
@@ -69,7 +73,11 @@ class Findings:
 
 def ride_report(results: Sequence[Result], folder: Path, spec: ReportSpec) -> BenchReport:
     """Tables and differences scene by scene, the verdicts, and the files of all benchmarks."""
-    groups = groups_of([result.row for result in results], *spec.by[-2:])
+    cases = [
+        {**each.row, CASE: ", ".join(str(each.row[column]) for column in spec.by[:-1])}
+        for each in results
+    ]
+    groups = groups_of(cases, CASE, spec.by[-1])
     sheets: list[Sheet] = []
     for scene, by_planner in groups.items():
         sheets += [
@@ -94,6 +102,7 @@ def finish(
         groups: rides on which the claims are judged, and which the picture shows.
     """
     rows = [result.row for result in results]
+    check_apart(rows, spec.by)
     verdicts = [*found.verdicts, *judge(spec.claims, groups)]
     report = BenchReport(
         sheets=(*found.sheets, *([verdict_sheet(verdicts)] if verdicts else [])),
@@ -101,6 +110,7 @@ def finish(
             *sources(rows),
             *faults(rows, spec.by),
             *(few_rides(groups) if spec.claims else ()),
+            *not_ridden(spec.claims, groups),
             *found.notes,
             *verdict_notes(verdicts),
         ),
@@ -116,6 +126,35 @@ def finish(
         paper=spec.paper, report=report, limitations=spec.limitations,
     )  # fmt: skip
     return BenchReport(report.sheets, report.notes, report.summary, (*files, *written))
+
+
+def check_apart(rows: Sequence[Row], by: Sequence[str]) -> None:
+    """Check that the compared columns and the seed tell all rides apart.
+
+    Raises:
+        ConfigError: if not: differences would take one of them for all.
+    """
+    seen: set[tuple[Any, ...]] = set()
+    for row in rows:
+        ride = (*(row[column] for column in by), row["seed"])
+        if ride in seen:
+            raise ConfigError(
+                f"two rides are {', '.join(map(str, ride[:-1]))}, seed {ride[-1]}",
+                key="ReportSpec.by",
+            )
+        seen.add(ride)
+
+
+def not_ridden(claims: Sequence[Claim], groups: Groups) -> tuple[str, ...]:
+    """Sentence on claims about contenders that did not ride; statements of papers say so alone."""
+    ridden = {name for case in groups.values() for name in case}
+    missing = [
+        each.contender
+        for each in claims
+        if isinstance(each, Requirement) and not each.source and each.contender not in ridden
+    ]
+    names = ", ".join(dict.fromkeys(missing))
+    return (f"{len(missing)} claims are not judged: {names} did not ride",) if missing else ()
 
 
 def sources(rows: Sequence[Row]) -> tuple[str, ...]:
