@@ -6,10 +6,10 @@ from collections import defaultdict
 from pathlib import Path
 
 import cohelm
+from tests.test_structure import trees
 
 SOURCE = Path(cohelm.__file__).parent
 PROJECT = Path(__file__).parent.parent
-TREES = {file: ast.parse(file.read_text(encoding="utf-8")) for file in sorted(SOURCE.rglob("*.py"))}
 DOCUMENTED = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 FORBIDDEN = re.compile(r"(What|How|Whether|Who|Whom|Whose|Where|Which|Of|The same)\b")
 SHARE = 0.01
@@ -21,7 +21,7 @@ IDIOMS = {"Parameters"}
 def test_docstrings_open_with_a_noun_or_a_verb():
     found = [
         (f"{file.relative_to(SOURCE)}:{getattr(node, 'lineno', 1)}", text.splitlines()[0])
-        for file, tree in TREES.items()
+        for file, tree in trees().items()
         for node in ast.walk(tree)
         if isinstance(node, DOCUMENTED) and (text := ast.get_docstring(node))
     ]
@@ -31,7 +31,7 @@ def test_docstrings_open_with_a_noun_or_a_verb():
 
 def test_a_public_class_name_means_one_class():
     defined = defaultdict(list)
-    for file, tree in TREES.items():
+    for file, tree in trees().items():
         for node in tree.body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 defined[node.name].append(str(file.relative_to(SOURCE)))

@@ -1,6 +1,7 @@
 """The shape of the project itself."""
 
 import ast
+import functools
 import importlib
 import itertools
 import pkgutil
@@ -23,17 +24,22 @@ MODULES = sorted(
 )
 
 
+@functools.cache
+def trees():
+    return {file: ast.parse(file.read_text(encoding="utf-8")) for file in FILES}
+
+
 def relative(file):
     return str(file.relative_to(SOURCE))
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_every_module_imports_and_keeps_what_it_promises(name):
-    module = importlib.import_module(name)
-    assert module.__doc__
-    promised = getattr(module, "__all__", [])
-    assert [name for name in promised if not hasattr(module, name)] == []
-    assert len(promised) == len(set(promised))
+def test_every_module_imports_and_keeps_what_it_promises():
+    for name in MODULES:
+        module = importlib.import_module(name)
+        assert module.__doc__, name
+        promised = getattr(module, "__all__", [])
+        assert [each for each in promised if not hasattr(module, each)] == [], name
+        assert len(promised) == len(set(promised)), name
 
 
 @pytest.mark.parametrize(
@@ -99,18 +105,21 @@ def test_every_package_has_a_budget():
     } - {""}
 
 
-@pytest.mark.parametrize("file", [f for f in FILES if f.name == "__init__.py"], ids=relative)
-def test_an_init_only_says_what_it_exports(file):
-    body = ast.parse(file.read_text(encoding="utf-8")).body
+def test_an_init_only_says_what_it_exports():
     allowed = ast.Import | ast.ImportFrom | ast.Expr | ast.Assign | ast.AnnAssign
-    assert all(isinstance(statement, allowed) for statement in body)
+    others = [
+        relative(file)
+        for file, tree in trees().items()
+        if file.name == "__init__.py" and not all(isinstance(each, allowed) for each in tree.body)
+    ]
+    assert others == []
 
 
-@pytest.mark.parametrize("file", FILES, ids=relative)
-def test_only_a_compiled_function_takes_more_than_six_positional_arguments(file):
+def test_only_a_compiled_function_takes_more_than_six_positional_arguments():
     many = [
-        each.name
-        for each in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        (relative(file), each.name)
+        for file, tree in trees().items()
+        for each in ast.walk(tree)
         if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)
         and len({arg.arg for arg in each.args.args} - {"self", "cls"}) > 6
         and not any("njit" in ast.unparse(decorator) for decorator in each.decorator_list)
@@ -118,9 +127,9 @@ def test_only_a_compiled_function_takes_more_than_six_positional_arguments(file)
     assert many == []
 
 
-@pytest.mark.parametrize("file", FILES, ids=relative)
-def test_no_drawer_for_odds_and_ends(file):
-    assert file.stem not in {"utils", "util", "helpers", "helper", "misc", "common"}
+def test_no_drawer_for_odds_and_ends():
+    drawers = {"utils", "util", "helpers", "helper", "misc", "common"}
+    assert [relative(file) for file in FILES if file.stem in drawers] == []
 
 
 def test_every_package_has_its_tests():
@@ -140,7 +149,7 @@ IMPORTED_AS = {
 
 def imports(file):
     """The top-level names that a file imports, wherever in it."""
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in ast.walk(trees()[file]):
         if isinstance(node, ast.Import):
             yield from (alias.name.partition(".")[0] for alias in node.names)
         if isinstance(node, ast.ImportFrom) and node.module and not node.level:

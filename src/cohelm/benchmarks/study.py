@@ -26,7 +26,7 @@ Columns = tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
-class Choice:
+class Variant:
     """One value of an axis: its columns in the rows, and what it sets in the scenario."""
 
     columns: Columns = ()
@@ -42,25 +42,25 @@ class Choice:
         """Values of its columns."""
         return ", ".join(word for _, word in self.columns)
 
-    def at(self, seed: int) -> Choice:
+    def at(self, seed: int) -> Variant:
         """Return the choice with all its settings for a seed."""
         if self.drawn is None:
             return self
         return replace(self, settings=(*self.settings, *self.drawn(seed)), drawn=None)
 
 
-Axis = tuple[Choice, ...]
+Axis = tuple[Variant, ...]
 """What is compared, or the cases in which it is."""
 
 
 def common(settings: Sequence[str]) -> Axis:
     """Axis of one choice without a column: settings of all rides."""
-    return (Choice(settings=tuple(settings)),)
+    return (Variant(settings=tuple(settings)),)
 
 
 def axis(column: str, values: Mapping[str, Sequence[str]]) -> Axis:
     """Axis of one column, value → its settings."""
-    return tuple(Choice(((column, name),), tuple(each)) for name, each in values.items())
+    return tuple(Variant(((column, name),), tuple(each)) for name, each in values.items())
 
 
 def varied(given: Sequence[str]) -> Axis:
@@ -82,7 +82,7 @@ def varied(given: Sequence[str]) -> Axis:
             raise ConfigError("is given twice; list all its values once", key=f"{VARY} {key}")
         keys[key] = _values(key, listed)
     return tuple(
-        Choice(
+        Variant(
             columns=tuple(zip(keys, values, strict=True)),
             settings=tuple(f"{key}={each}" for key, each in zip(keys, values, strict=True)),
         )
@@ -107,7 +107,7 @@ def _as_line(content: Any) -> str:
     return yaml.safe_dump(content, default_flow_style=True, width=math.inf).splitlines()[0]
 
 
-def ride_of(choices: Iterable[Choice], seed: int) -> RideTask:
+def ride_of(choices: Iterable[Variant], seed: int) -> RideTask:
     """Ride with one choice of each axis; settings of later axes override earlier ones."""
     chosen = [each.at(seed) for each in choices]
     return RideTask(
@@ -118,7 +118,7 @@ def ride_of(choices: Iterable[Choice], seed: int) -> RideTask:
     )
 
 
-def scenario_of(choices: Iterable[Choice], seed: int, more: tuple[str, ...] = ()) -> Scenario:
+def scenario_of(choices: Iterable[Variant], seed: int, more: tuple[str, ...] = ()) -> Scenario:
     """Load the scenario of one ride.
 
     Raises:
@@ -178,7 +178,7 @@ class Grid:
         ]
 
     def _rides(
-        self, case: Sequence[Choice], contenders: Sequence[Axis], seed: int, seeds: range
+        self, case: Sequence[Variant], contenders: Sequence[Axis], seed: int, seeds: range
     ) -> Iterable[RideTask]:
         drawn = [each.at(seed) for each in case]
         for choices in itertools.product(*contenders):

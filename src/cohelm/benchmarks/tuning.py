@@ -20,7 +20,7 @@ from scipy.stats import qmc
 
 from cohelm import plugins
 from cohelm.benchmarks.rides.cases import contender_of, scene_of
-from cohelm.benchmarks.study import Choice, scenario_of
+from cohelm.benchmarks.study import Variant, scenario_of
 from cohelm.config import Model, read_yaml, validate
 from cohelm.errors import ConfigError
 from cohelm.evaluation.episode.episode import run
@@ -139,7 +139,7 @@ class Training:
     """Number of the ride; scene and seed follow from it."""
 
     @property
-    def scene(self) -> Choice:
+    def scene(self) -> Variant:
         """Scene of the ride."""
         return CYCLE[self.index % len(CYCLE)]
 

@@ -25,7 +25,7 @@ from cohelm.benchmarks.options import Planners, Settings, TruePeople, Tuned, nam
 from cohelm.benchmarks.ride_claims import few_rides
 from cohelm.benchmarks.rides.cases import TRUE_PEOPLE, installed, planners_of
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish
-from cohelm.benchmarks.study import Choice, Grid, Study, common, varied
+from cohelm.benchmarks.study import Grid, Study, Variant, common, varied
 from cohelm.benchmarks.tables import figures, matrix_table
 from cohelm.evaluation.report.rides import Rides
 from cohelm.evaluation.report.summary import case_name
@@ -81,7 +81,7 @@ def create(
     unset([*settings, *(each for v in variants for each in v.settings)], LOCAL_PLANNERS)
     known = (TRUE_PEOPLE,) if true_people else ()
     ridden = tuple(
-        Choice(((CARD, Path(card).stem),), known, card)
+        Variant(((CARD, Path(card).stem),), known, card)
         for card in split_names(cards, "--cards") or known_cards()
     )
     compared = planners_of(chosen_names(planners, "--planners", installed()), tuned=tuned)

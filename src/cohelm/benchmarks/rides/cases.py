@@ -9,7 +9,7 @@ import numpy as np
 
 from cohelm import plugins
 from cohelm.benchmarks.claims import OURS
-from cohelm.benchmarks.study import Axis, Choice
+from cohelm.benchmarks.study import Axis, Variant
 from cohelm.scenarios.crowd import pedestrian_count
 from cohelm.scenarios.pedestrian_spec import FlowSpec, GroupSpec, PedestrianSpec
 from cohelm.scenarios.presets import tuned_settings
@@ -30,11 +30,11 @@ _TURNER_START, _TURNER_END = (7.5, 13.0), (7.5, 5.8)
 """As in ``distracted.yaml``, m/s and m."""
 
 
-def contender_of(name: str, planner: str = "", settings: Iterable[str] = ()) -> Choice:
+def contender_of(name: str, planner: str = "", settings: Iterable[str] = ()) -> Variant:
     """Local planner under a name, by default its own, with settings of planner and scenario."""
     planner = planner or name
     use = f"local_planner.use={planner}"
-    return Choice((("planner", name),), (use, *OWN_SETTINGS.get(planner, ()), *settings))
+    return Variant((("planner", name),), (use, *OWN_SETTINGS.get(planner, ()), *settings))
 
 
 def planners_of(names: Iterable[str], *, tuned: bool = False) -> Axis:
@@ -44,7 +44,7 @@ def planners_of(names: Iterable[str], *, tuned: bool = False) -> Axis:
     )
 
 
-def scene_of(scenario: str, *, blind: bool = False, true_people: bool = False) -> Choice:
+def scene_of(scenario: str, *, blind: bool = False, true_people: bool = False) -> Variant:
     """Scenario, and how its people and the chair perceive each other.
 
     Args:
@@ -55,7 +55,7 @@ def scene_of(scenario: str, *, blind: bool = False, true_people: bool = False) -
     sight = ("people.see_robot=false",) if blind else ()
     given = (TRUE_PEOPLE,) if true_people else ()
     stem = Path(scenario).stem if scenario.endswith((".yaml", ".yml")) else scenario
-    return Choice(
+    return Variant(
         columns=(("scene", f"{stem}{', blind' if blind else ''}"),),
         settings=(*sight, *given),
         scenario=scenario,

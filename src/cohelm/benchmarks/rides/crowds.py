@@ -21,7 +21,7 @@ from cohelm.benchmarks.options import Planners, Settings, TruePeople, names
 from cohelm.benchmarks.ride_claims import Requirement
 from cohelm.benchmarks.rides.cases import TRUE_PEOPLE, planners_of, rivals
 from cohelm.benchmarks.rides.report import ReportSpec, ride_report
-from cohelm.benchmarks.study import Choice, Grid, Study, common
+from cohelm.benchmarks.study import Grid, Study, Variant, common
 from cohelm.errors import ConfigError, RecordingError
 from cohelm.evaluation.external.crossings import NEAR, crossing
 from cohelm.evaluation.metrics.measures import REPORTED
@@ -122,7 +122,7 @@ def create(
     for film in names:
         _film(film)
     crossed = tuple(
-        Choice(
+        Variant(
             columns=(("scene", f"{Path(film).stem}, replayed"),),
             settings=known,
             scenario=SCENARIO,

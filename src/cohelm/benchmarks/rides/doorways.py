@@ -22,7 +22,7 @@ from cohelm.benchmarks.rides.modes import (
     riders_of,
 )
 from cohelm.benchmarks.rides.sharing_families import beside_start
-from cohelm.benchmarks.study import Choice, Grid, Study, common, ride_all
+from cohelm.benchmarks.study import Grid, Study, Variant, common, ride_all
 
 SCENES = ("doorway-oncoming", "doorway-standing")
 RIDERS = ("one_switch", "eight_directions", "ideal", "tremor")
@@ -57,7 +57,7 @@ def create(riders: Riders = None, modes: Modes = None, settings: Settings = ()) 
     known = tuple(name for name in plugins.names("riders") if name not in WITHOUT_DESTINATION)
     hands = chosen_names(riders, "--riders", RIDERS, kind="rider", known=known)
     doors = tuple(
-        Choice(
+        Variant(
             columns=(("scene", f"{scene}, {width:.2f} m"),),
             settings=(f"floor_plan.doors.0.width={width}",),
             scenario=scene,

@@ -17,7 +17,7 @@ from cohelm.benchmarks.rides.cases import scenes_of
 from cohelm.benchmarks.rides.false_alarms import INPUT_REASONS, AlarmWatch
 from cohelm.benchmarks.rides.fault_report import fault_report
 from cohelm.benchmarks.rides.modes import MODES
-from cohelm.benchmarks.study import Axis, Choice, Grid, Study, axis, common
+from cohelm.benchmarks.study import Axis, Grid, Study, Variant, axis, common
 from cohelm.errors import ConfigError
 from cohelm.evaluation.episode.episode import Course
 from cohelm.evaluation.episode.ride import Ride
@@ -194,7 +194,7 @@ def _onset(seed: int) -> float:
 def fault_axis(kinds: Sequence[str]) -> Axis:
     """Axis of a sound ride and of the cases of ``kinds``, each from the seed's onset on."""
     return tuple(
-        Choice((("fault", kind), ("magnitude", f"{size:g}")), drawn=partial(_fault, kind, size))
+        Variant((("fault", kind), ("magnitude", f"{size:g}")), drawn=partial(_fault, kind, size))
         for kind, size in (FaultCase(NONE), *cases_of(kinds))
     )
 
@@ -210,10 +210,10 @@ def _time_limit(seed: int) -> tuple[str, ...]:
     return (f"time_limit={_onset(seed) + LASTING}",)
 
 
-def _driven(mode: str) -> Choice:
+def _driven(mode: str) -> Variant:
     """Mode, with a noisy rider but where the chair drives alone."""
     rider = "none" if mode == Mode.AUTONOMOUS.value else "noisy"
-    return Choice((("mode", mode),), (f"mode={mode}", f"rider.use={rider}"))
+    return Variant((("mode", mode),), (f"mode={mode}", f"rider.use={rider}"))
 
 
 def ride_faults(task: Sequence[RideTask]) -> list[Result]:
@@ -268,7 +268,7 @@ def create(
         (
             scenes_of(chosen_names(scenes, "--scenes", SCENES)),
             tuple(map(_driven, driven)),
-            (Choice(settings=("people.see_robot=false",), drawn=_time_limit),),
+            (Variant(settings=("people.see_robot=false",), drawn=_time_limit),),
             axis("monitor", monitors),
             common(settings),
             fault_axis(named),

@@ -147,7 +147,6 @@ ALL_RIDERS = Experiment(
     scenes=("corridor-1", "corridor-4", "crossing", "distracted", "talking"),
     seeds=10,
 )
-EXPERIMENTS = {"paper-static": CORRIDORS, "riders": ALL_RIDERS}
 
 
 def modes_report(results: Sequence[Result], folder: Path, experiment: Experiment) -> BenchReport:
@@ -199,7 +198,7 @@ def known_riders() -> tuple[str, ...]:
 
 
 def create(
-    experiment: str,
+    experiment: Experiment,
     riders: Riders = None,
     modes: Modes = None,
     scenes: Scenes = None,
@@ -213,14 +212,13 @@ def create(
         ScenarioError, PluginError, ConfigError: if a name or a setting does not exist.
     """
     unset(settings, {"rider": "--riders", "mode": "--modes"})
-    default = EXPERIMENTS[experiment]
-    ridden = scenes_of(chosen_names(scenes, "--scenes", default.scenes), true_people=true_people)
+    ridden = scenes_of(chosen_names(scenes, "--scenes", experiment.scenes), true_people=true_people)
     hands = riders_of(chosen_names(riders, "--riders", known_riders()))
     return Study(
-        default.title,
+        experiment.title,
         Grid((ridden, common(settings), hands, modes_of(modes))),
-        partial(modes_report, experiment=default),
-        SEEDS=default.seeds,
+        partial(modes_report, experiment=experiment),
+        SEEDS=experiment.seeds,
     ).checked("rider")
 
 
@@ -239,5 +237,5 @@ def modes_of(names: str | None) -> Axis:
     return axis("mode", {name: (f"mode={name}",) for name in found})
 
 
-create_corridors = partial(create, "paper-static")
-create_riders = partial(create, "riders")
+create_corridors = partial(create, CORRIDORS)
+create_riders = partial(create, ALL_RIDERS)

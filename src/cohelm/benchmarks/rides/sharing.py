@@ -12,7 +12,7 @@ from cohelm.benchmarks.options import Modes, Settings, flag, names
 from cohelm.benchmarks.rides.modes import modes_of, riders_of
 from cohelm.benchmarks.rides.sharing_families import FAMILIES, beside_start
 from cohelm.benchmarks.rides.sharing_report import sharing_report
-from cohelm.benchmarks.study import Choice, Grid, Study, common
+from cohelm.benchmarks.study import Grid, Study, Variant, common
 from cohelm.evaluation.episode.ride import Ride
 from cohelm.evaluation.metrics.wanted import as_wanted, entered_avoided_floor, places_missed
 from cohelm.evaluation.sweeps import RideTask, ride_row
@@ -51,7 +51,7 @@ def create(
     unset(settings, COMPARED)
     found = chosen_names(families, "--families", FAMILIES, kind="family", known=FAMILIES)
     scenes = tuple(
-        Choice((("family", name), ("scene", scene)), (), scene, partial(beside_start, scene))
+        Variant((("family", name), ("scene", scene)), (), scene, partial(beside_start, scene))
         for name in found
         for scene in FAMILIES[name].scenes
     )
@@ -67,7 +67,7 @@ def create(
     return Study(TITLE, plan, report, ride_wanted).checked("rider")
 
 
-def _driven(mode: Choice) -> Choice:
+def _driven(mode: Variant) -> Variant:
     """Mode; alone, the chair carries a rider without a device."""
     alone = mode.label == Mode.AUTONOMOUS.value
     return replace(mode, settings=(*mode.settings, *(("rider.use=none",) if alone else ())))

@@ -17,7 +17,7 @@ import numpy as np
 
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet, chosen_names, unset
 from cohelm.benchmarks.options import Scenes, Settings
-from cohelm.benchmarks.study import Choice, Grid, Study, axis, common
+from cohelm.benchmarks.study import Grid, Study, Variant, axis, common
 from cohelm.evaluation import Ride, run
 from cohelm.evaluation.sweeps import RideTask, ride_row
 from cohelm.navigation import Tick
@@ -76,7 +76,7 @@ def create(scenes: Scenes = None, settings: Settings = ()) -> Study:
     load_mujoco()
     unset(settings, {"platform": "the benchmark, which rides on both"})
     ridden = tuple(
-        Choice((("scene", Path(name).stem),), scenario=name)
+        Variant((("scene", Path(name).stem),), scenario=name)
         for name in chosen_names(scenes, "--scenes", SCENES)
     )
     both = axis("platform", {name: (f"platform.use={name}",) for name in PLATFORMS})
