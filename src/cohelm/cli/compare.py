@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from rich.console import Group
 from rich.table import Table
-from rich.text import Text
 
-from cohelm.cli.report import OUTPUT, print_line, write_json
+from cohelm.cli.report import OUTPUT, fitted_table, print_line, write_json
 from cohelm.evaluation.metrics.measures import measure_info
 from cohelm.evaluation.report import read_rides
 from cohelm.evaluation.report.compare import MeasureChange, SweepComparison, as_dict
@@ -86,23 +86,20 @@ def _verdict(found: SweepComparison, *, worse: bool) -> str:
     return "no significant regression"
 
 
-def _table(by: Sequence[str], changes: Sequence[MeasureChange]) -> Table:
-    table = Table(
-        title=Text("B − A on equal rides: mean [95 % interval], p corrected (Holm)"),
-        title_justify="left", header_style="dim",
-    )  # fmt: skip
-    for name in (*by, "measure"):
-        table.add_column(Text(name), overflow="fold")
-    for name in ("A", "B", "B − A", "p", ""):
-        table.add_column(name, justify="right")
+def _table(by: Sequence[str], changes: Sequence[MeasureChange]) -> Table | Group:
+    rows = []
     for each in changes:
         how, less = measure_info(each.name), each.contrast.difference
         before, after, mean, low, high = (
             how.text(x) for x in (each.before, each.after, less.mean, less.low, less.high)
         )
-        style = {"worse": "red", "better": "green"}.get(each.verdict, "")
-        table.add_row(
-            *(Text(part) for part in each.group), how.heading, before, after,
-            f"{mean} [{low}, {high}]", f"{each.contrast.corrected:.2g}", Text(each.verdict, style),
-        )  # fmt: skip
-    return table
+        rows.append((
+            *each.group, how.heading, before, after, f"{mean} [{low}, {high}]",
+            f"{each.contrast.corrected:.2g}", each.verdict,
+        ))  # fmt: skip
+    return fitted_table(
+        "B − A on equal rides: mean [95 % interval], p corrected (Holm)",
+        (*by, "measure", "A", "B", "B − A", "p", "verdict"),
+        rows,
+        styles={"worse": "red", "better": "green"},
+    )
