@@ -52,11 +52,16 @@ def test_the_chair_of_the_guide_loads(tmp_path):
 
 
 def test_the_places_of_the_guide_load(tmp_path):
-    assert read_places(yaml_block("scenarios", "floor.places.yaml", tmp_path)).names == ("Cafeteria", "Ward 3")
+    assert read_places(yaml_block("scenarios", "floor.places.yaml", tmp_path)).names == (
+        "Cafeteria",
+        "Ward 3",
+    )
 
 
 def test_the_scenario_of_the_guide_is_one(tmp_path):
-    data = yaml.safe_load(yaml_block("scenarios", "scenario.yaml", tmp_path).read_text(encoding="utf-8"))
+    data = yaml.safe_load(
+        yaml_block("scenarios", "scenario.yaml", tmp_path).read_text(encoding="utf-8")
+    )
     assert Scenario.model_validate(data).people.count == 15
 
 
