@@ -10,7 +10,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
 from rich.console import Console, Group
 from rich.table import Table
@@ -46,16 +46,11 @@ def print_line(text: str) -> None:
     OUTPUT.print(text, markup=False, soft_wrap=True)
 
 
-def plain_table(*columns: str, right: bool = True) -> Table:
-    """A table whose first column is text and whose others are numbers, without frames.
-
-    Args:
-        columns: headings; all empty: none is shown.
-        right: align all but the first column to the right.
-    """
+def plain_table(*columns: str) -> Table:
+    """A table whose first column is text and whose others are numbers; headings if any is given."""
     table = Table(header_style="dim", show_header=any(columns))
     for i, column in enumerate(columns):
-        table.add_column(column, justify="right" if right and i else "left", overflow="fold")
+        table.add_column(column, justify="right" if i else "left", overflow="fold")
     return table
 
 
@@ -69,58 +64,43 @@ def fitted_table(
 ) -> Table | Group:
     """A table that folds between words; a block for each row where it would be too wide for that.
 
-    Args:
-        title: above the table.
-        columns: headings; the first column names the row.
-        rows: cells.
-        styles: style of the cells with a certain text.
-        width: characters; None: those of the output.
+    The first column names the row. ``styles``: style of the cells with a certain text. ``width``:
+    characters; None: those of the output.
     """
     texts = list(zip(columns, *rows, strict=True))
-    longest = [max(len(word) for text in each for word in ("", *text.split())) for each in texts]
-    longest[0] = max(map(len, texts[0]))  # never folds
-    spare = (width or OUTPUT.width) - sum(longest) - 3 * len(longest) - 1
-    widths = _widths(columns, rows, longest, spare)
-    cells = [[Text(cell, styles.get(cell, "")) for cell in row] for row in rows]
-    folds = (_lines(each[1:], size) for each, size in zip(texts, widths, strict=True))
+    least = [max(len(word) for text in each for word in ("", *text.split())) for each in texts]
+    least[0] = max(map(len, texts[0]))  # never folds
+    spare = (width or OUTPUT.width) - sum(least) - 3 * len(least) - 1
+    widths = _widths(texts, least, spare)
+    folds = [_lines(each[1:], size) for each, size in zip(texts, widths, strict=True)]
     if spare < 0 or max(folds) > _TALLEST:
-        return Group(Text(title, "italic"), _blocks(columns, cells))
+        blocks = Table.grid("", "", padding=(0, 2))
+        for row in rows:
+            for heading, cell in zip(columns, row, strict=True):
+                if cell:
+                    blocks.add_row(Text(heading, "dim"), Text(cell, styles.get(cell, "")))
+            blocks.add_row()
+        return Group(Text(title, "italic"), blocks)
     table = Table(title=Text(title), title_justify="left", header_style="dim")
-    for i, (column, size) in enumerate(zip(columns, widths, strict=True)):
-        words = any(cell[:1].isalpha() for cell in texts[i][1:])
-        table.add_column(column, justify="left" if words else "right", no_wrap=not i, width=size)
-    for row in cells:
-        table.add_row(*row)
+    for i, each in enumerate(texts):
+        words = any(cell[:1].isalpha() for cell in each[1:])
+        justify: Literal["left", "right"] = "left" if words else "right"
+        table.add_column(each[0], justify=justify, no_wrap=not i, width=widths[i])
+    for row in rows:
+        table.add_row(*(Text(cell, styles.get(cell, "")) for cell in row))
     return table
 
 
-def _blocks(columns: Sequence[str], rows: Iterable[Sequence[Text]]) -> Table:
-    """Each row as lines of heading and cell."""
-    table = Table.grid(padding=(0, 2))
-    table.add_column(style="dim", no_wrap=True)
-    table.add_column(overflow="fold")
-    for name, *cells in rows:
-        table.add_row(columns[0], Text(name.plain, "bold"))
-        for heading, cell in zip(columns[1:], cells, strict=True):
-            if cell:
-                table.add_row(heading, cell)
-        table.add_row()
-    return table
-
-
-def _widths(
-    columns: Sequence[str], rows: Sequence[Sequence[str]], least: Sequence[int], spare: int
-) -> list[int]:
+def _widths(texts: Sequence[Sequence[str]], least: Sequence[int], spare: int) -> list[int]:
     """Minimum widths, plus spare width for the cells that fold most, then for the headings."""
     widths = list(least)
-    for lines in (rows, (columns,)):
-        texts = [{row[i] for row in lines} for i in range(len(widths))]
-        folds = [_lines(each, width) for each, width in zip(texts, widths, strict=True)]
+    for part in (slice(1, None), slice(1)):
+        folds = [_lines(each[part], width) for each, width in zip(texts, widths, strict=True)]
         while spare > 0 and max(folds) > 1:
             i = folds.index(max(folds))
             widths[i] += 1
             spare -= 1
-            folds[i] = _lines(texts[i], widths[i])
+            folds[i] = _lines(texts[i][part], widths[i])
     return widths
 
 
