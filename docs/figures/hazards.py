@@ -1,4 +1,4 @@
-"""Put the table of failure modes of a result folder into docs/safety.md.
+"""Put the table of failure modes of a result folder into docs/results/safety.md.
 
 cohelm bench faults --unwatched --out benches/faults
 python docs/figures/hazards.py benches/faults
@@ -16,7 +16,7 @@ def main() -> None:
     """Replace what stands between the two marks."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("folder", type=Path)
-    options.add_argument("--page", type=Path, default=Path("docs/safety.md"))
+    options.add_argument("--page", type=Path, default=Path("docs/results/safety.md"))
     chosen = options.parse_args()
     table = (chosen.folder / "hazards.md").read_text(encoding="utf-8")
     page = chosen.page.read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Draw detections of carried chairs against false alarms: the picture of docs/safety.md.
+"""Draw detections of carried chairs against false alarms: the picture of docs/results/safety.md.
 
     cohelm bench lost --seeds 100 --out benches/lost
     python docs/figures/lost.py benches/lost

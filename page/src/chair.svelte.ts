@@ -75,10 +75,10 @@ export class Chair {
   driving = $derived(this.client !== "" && this.state?.driver === this.client);
   readonly goal = $derived(this.state?.goal ?? null);
   /**
-   * The state as people are told of it. The chair calls a connection lost until the first heartbeat of a
+   * The state that the page shows. The chair calls a connection lost until the first heartbeat of a
    * page that has taken control, and where one comes late on a busy computer; then nothing has been lost.
    */
-  readonly toTell = $derived.by(() => {
+  readonly displayedState = $derived.by(() => {
     const { state } = this;
     if (state?.link !== "no_heartbeat" || !this.driving) return state;
     const soon = this.came - this.#took < FIRST_BEAT || this.came - this.#missedSince < LATE_BEAT;

@@ -36,7 +36,7 @@ it("tells of no lost connection between taking control and the first heartbeat",
   rolls({ driver: null, link: "no_driver", speed: 0 });
   rolls({ link: "no_heartbeat", speed: 0, reason });
   expect(standingNow()).toBe("Standing: the route is being planned");
-  expect(chair.toTell?.reason).toBeNull();
+  expect(chair.displayedState?.reason).toBeNull();
   // A second later it is lost indeed.
   const now = performance.now();
   vi.spyOn(performance, "now").mockReturnValue(now + 1_100);
@@ -89,5 +89,5 @@ it("goes on telling what a chair waits for where a heartbeat is late for a momen
     clock.mockReturnValue(began + after);
     rolls({ link, speed: 0 });
   }
-  expect(chair.toTell?.link).toBe("confirm");
+  expect(chair.displayedState?.link).toBe("confirm");
 });

@@ -42,7 +42,7 @@ function hasArrived(state: ChairState): boolean {
 
 /** Why the chair stands; empty while it drives. */
 export function standingNow(audience: Audience = "rider"): string {
-  const state = chair.stale ? null : chair.toTell;
+  const state = chair.stale ? null : chair.displayedState;
   if (state && !surroundings.stands && !hasArrived(state)) return "";
   return standing({
     state,

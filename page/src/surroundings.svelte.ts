@@ -67,7 +67,7 @@ class Surroundings {
   /** Called ten times a second. */
   look(now: number): void {
     const { state, scene } = chair;
-    this.saying = told(this.saying, chair.stale ? null : chair.toTell, now);
+    this.saying = told(this.saying, chair.stale ? null : chair.displayedState, now);
     if (!state || !scene || chair.stale) {
       this.ring = [];
       this.cause = null;
@@ -81,7 +81,7 @@ class Surroundings {
     this.ahead = cause;
     const near = cause && distance(cause.at, [state.pose[0], state.pose[1]]) < CLOSE ? cause : null;
     if (near?.thing !== this.close?.thing || near?.moves !== this.close?.moves) this.close = near;
-    this.#hold(chair.toTell?.reason ?? null, cause, now);
+    this.#hold(chair.displayedState?.reason ?? null, cause, now);
     const slowed = this.saying.shown ? null : slowFor(state, cause, chair.limits?.max_speed ?? Infinity);
     if (slowed === this.slowFor) this.#slowedAt = now;
     else if (now - this.#slowedAt > SLOWED_LASTS) [this.slowFor, this.#slowedAt] = [slowed, now];

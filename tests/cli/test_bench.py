@@ -14,6 +14,7 @@ from rich.console import Console
 from cohelm.benchmarks.bench import BenchReport, Result, Sheet, split_names
 from cohelm.cli import bench
 from cohelm.cli.bench_commands import BENCHES
+from cohelm.cli.report import fitted_table
 from cohelm.errors import ConfigError
 from cohelm.evaluation.sweeps import RideTask
 
@@ -154,7 +155,7 @@ def test_no_word_of_a_heading_is_cut_in_two_where_there_is_room():
     sheet = Sheet(title="sum", columns=columns, rows=(row,))
     for width in (120, 88):
         with (console := Console(width=width)).capture() as drawn:
-            console.print(bench._table(sheet, width))
+            console.print(fitted_table(sheet.title, sheet.columns, sheet.rows, width=width))
         head = drawn.get().split("┡")[0]
         assert [w for column in columns for w in column.split() if w not in head] == []
 
@@ -165,7 +166,7 @@ def test_a_table_that_has_room_is_no_wider_than_its_page():
     cells = ("0 [0, 79]", "0 [0, 79]", "", "0", "–", "–", "–", "–", "–", "–")
     sheet = Sheet("all", ("mode", "rides", *heads, *more), (("shared", "1", *cells),))
     with (console := Console(width=120)).capture() as drawn:
-        console.print(bench._table(sheet, 120))
+        console.print(fitted_table(sheet.title, sheet.columns, sheet.rows, width=120))
     assert all(line.rstrip()[-1] in "┓┃┩│┘" for line in drawn.get().splitlines()[1:])
 
 
@@ -173,7 +174,23 @@ def test_cells_are_folded_evenly_where_not_all_have_room():
     cell = "0.389 [0.383, 0.399]; 0.166"
     sheet = Sheet("all", ("who", *"abcd"), (("ours", *[cell] * 4), ("paper", *["0"] * 4)))
     with (console := Console(width=90)).capture() as drawn:
-        console.print(bench._table(sheet, 90))
+        console.print(fitted_table(sheet.title, sheet.columns, sheet.rows, width=90))
     lines = [line for line in drawn.get().splitlines() if line.startswith("│")]
     assert len(lines) == 3  # two of ours, one of the paper's
     assert lines[0].count("0.389 [0.383,") == 4
+
+
+def test_a_table_that_is_too_wide_becomes_a_block_for_each_row():
+    claim = "ss_mpc_dcbf passes with a larger minimum distance than the plain MPC in every scene"
+    columns = (
+        "claim",
+        "found",
+        *(f"{scene}, 95 % interval" for scene in ("crossing", "aggressive")),
+    )
+    rows = ((claim, "agrees", "0.12 [0.02, 0.20]", ""), ("another", "no clear difference", "", "–"))
+    with (console := Console(width=80)).capture() as drawn:
+        console.print(fitted_table("claims", columns, rows, width=80))
+    lines = drawn.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    assert [word for word in claim.split() if word not in drawn.get()] == []
+    assert any(line.split() == ["found", "no", "clear", "difference"] for line in lines)

@@ -13,7 +13,7 @@ pytest.importorskip("cyclonedds", reason="needs the extra ros2")
 
 from .rider import Rider
 from .served import Chair, held, moves, stands, wants
-from .test_choosing import pixel
+from .test_trip_choices import pixel
 
 pytestmark = pytest.mark.slow
 ROBOT = Path(__file__).parents[2] / "examples" / "ros2_robot.py"

@@ -6,7 +6,7 @@ import pytest
 from playwright.sync_api import expect
 
 from .served import moves, stands
-from .test_choosing import nearest, pixel, ways
+from .test_trip_choices import nearest, pixel, ways
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True}
 

@@ -9,7 +9,7 @@ from playwright.sync_api import expect
 
 from cohelm.geometry import distance_to_polygon, resample
 
-from .test_choosing import ways
+from .test_trip_choices import ways
 
 
 def wish_for(rider, place, name="Avoid"):

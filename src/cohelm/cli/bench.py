@@ -5,19 +5,17 @@ from __future__ import annotations
 import os
 import pickle
 import tempfile
-import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
 from rich.text import Text
 
-from cohelm.benchmarks.bench import Bench, BenchReport, Sheet, Task
+from cohelm.benchmarks.bench import Bench, BenchReport, Task
 from cohelm.cli.progress import SweepProgress
-from cohelm.cli.report import ERRORS, OUTPUT, as_json, versions, write_json
+from cohelm.cli.report import ERRORS, OUTPUT, as_json, fitted_table, versions, write_json
 from cohelm.cli.requests import BenchRequest
 from cohelm.cli.streams import log_to_stderr
 from cohelm.errors import ConfigError
@@ -210,7 +208,7 @@ def _print(title: str, report: BenchReport, folder: Path, done: SweepResult) -> 
     OUTPUT.print(Text(title, style="bold"))
     for sheet in report.sheets:
         if sheet.rows:
-            OUTPUT.print(_table(sheet))
+            OUTPUT.print(fitted_table(sheet.title, sheet.columns, sheet.rows))
     for note in report.notes:
         OUTPUT.print(note, markup=False)
     if not done.is_complete:
@@ -218,46 +216,3 @@ def _print(title: str, report: BenchReport, folder: Path, done: SweepResult) -> 
         OUTPUT.print(text, style="yellow")
     names = ["rows.csv", "summary.json", *(file.name for file in report.files)]
     OUTPUT.print(f"written to {folder}: {', '.join(names)}", markup=False, soft_wrap=True)
-
-
-def _table(sheet: Sheet, width: int | None = None) -> Table:
-    """A table whose headings fold between words, if ``width`` allows it.
-
-    A table that is too wide would be cut off at its right.
-    """
-    longest = [max(map(len, column.split()), default=0) for column in sheet.columns]
-    longest[0] = max(len(row[0]) for row in (sheet.columns, *sheet.rows))  # never folds
-    spare = (width or OUTPUT.width) - sum(longest) - 3 * len(longest) - 1
-    widths = _widths(sheet, longest, spare)
-    table = Table(title=Text(sheet.title), title_justify="left", header_style="dim")
-    for i, column in enumerate(sheet.columns):
-        table.add_column(
-            column,
-            justify="right" if i else "left",
-            overflow="fold",
-            no_wrap=not i,
-            width=widths[i] if spare >= 0 else None,
-        )
-    for row in sheet.rows:
-        table.add_row(*row)
-    return table
-
-
-def _widths(sheet: Sheet, least: Sequence[int], spare: int) -> list[int]:
-    """Minimum widths, plus spare width for the cells that fold most, then for the headings."""
-    widths = list(least)
-    for lines in (sheet.rows, (sheet.columns,)):
-        columns = [{row[i] for row in lines} for i in range(len(widths))]
-        folds = [_lines(column, width) for column, width in zip(columns, widths, strict=True)]
-        while spare > 0 and max(folds) > 1:
-            i = folds.index(max(folds))
-            widths[i] += 1
-            spare -= 1
-            folds[i] = _lines(columns[i], widths[i])
-    return widths
-
-
-def _lines(cells: Iterable[str], width: int) -> int:
-    """Number of lines of the cell that folds most."""
-    folded = textwrap.TextWrapper(max(width, 1), break_on_hyphens=False)
-    return max((len(folded.wrap(cell)) for cell in cells), default=0)

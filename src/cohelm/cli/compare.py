@@ -5,10 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.table import Table
-from rich.text import Text
-
-from cohelm.cli.report import OUTPUT, print_line, write_json
+from cohelm.cli.report import OUTPUT, fitted_table, print_line, write_json
 from cohelm.evaluation.metrics.measures import measure_info
 from cohelm.evaluation.report import read_rides
 from cohelm.evaluation.report.compare import MeasureChange, SweepComparison, as_dict
@@ -16,6 +13,7 @@ from cohelm.evaluation.report.compare import compare as contrasted
 from cohelm.evaluation.report.ratings import ride_name
 from cohelm.evaluation.report.store import part_of
 
+_TITLE = "B − A on equal rides: mean [95 % interval], p corrected (Holm)"
 REGRESSED = 1
 LISTED = 10
 """Maximum number of rides listed that ended worse."""
@@ -64,7 +62,9 @@ def _print(found: SweepComparison, *, worse: bool) -> None:
             print_line(f"{many} {what}")
     clear = [each for each in found.changes if each.verdict]
     if clear:
-        OUTPUT.print(_table(found.by, clear))
+        columns = (*found.by, "measure", "A", "B", "B − A", "p", "verdict")
+        styles = {"worse": "red", "better": "green"}
+        OUTPUT.print(fitted_table(_TITLE, columns, [_row(each) for each in clear], styles=styles))
     for a, b in found.failures[:LISTED]:
         where = f"{ride_name(b, found.by)}, seed {b['seed']}"
         print_line(f"ended worse: {where}: {a.get('outcome')} → {b.get('outcome')}")
@@ -86,23 +86,10 @@ def _verdict(found: SweepComparison, *, worse: bool) -> str:
     return "no significant regression"
 
 
-def _table(by: Sequence[str], changes: Sequence[MeasureChange]) -> Table:
-    table = Table(
-        title=Text("B − A on equal rides: mean [95 % interval], p corrected (Holm)"),
-        title_justify="left", header_style="dim",
-    )  # fmt: skip
-    for name in (*by, "measure"):
-        table.add_column(Text(name), overflow="fold")
-    for name in ("A", "B", "B − A", "p", ""):
-        table.add_column(name, justify="right")
-    for each in changes:
-        how, less = measure_info(each.name), each.contrast.difference
-        before, after, mean, low, high = (
-            how.text(x) for x in (each.before, each.after, less.mean, less.low, less.high)
-        )
-        style = {"worse": "red", "better": "green"}.get(each.verdict, "")
-        table.add_row(
-            *(Text(part) for part in each.group), how.heading, before, after,
-            f"{mean} [{low}, {high}]", f"{each.contrast.corrected:.2g}", Text(each.verdict, style),
-        )  # fmt: skip
-    return table
+def _row(each: MeasureChange) -> tuple[str, ...]:
+    how, less = measure_info(each.name), each.contrast.difference
+    before, after, mean, low, high = (
+        how.text(x) for x in (each.before, each.after, less.mean, less.low, less.high)
+    )
+    p, change = f"{each.contrast.corrected:.2g}", f"{mean} [{low}, {high}]"
+    return (*each.group, how.heading, before, after, change, p, each.verdict)

@@ -147,10 +147,11 @@ def robots() -> int:
 
 def plugins() -> int:
     """List every installed part, without importing any."""
-    table = _table("kind", "name", "class", "from")
+    table = _table("name", "class", "from")
     for group in parts.GROUPS:
+        table.add_row("", f"[bold]{group}[/]")
         for name in parts.names(group):
-            table.add_row(group, name, *parts.origin(group, name))
+            table.add_row(name, *parts.origin(group, name))
         table.add_section()
     OUTPUT.print(table)
     return 0
@@ -165,7 +166,7 @@ def data() -> int:
         here = "[green]present[/]" if present else "[yellow]absent [/]"
         OUTPUT.print(f"[bold]{each.folder:12}[/]{here}  {each.holds}")
         for source, licence in each.sources:
-            OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]")
+            OUTPUT.print(f"[dim]{'':21}github.com/{source}  ({licence})[/]", soft_wrap=True)
     print_line("set COHELM_DATA to their folder" if root is None else f"COHELM_DATA is {root}")
     return 0
 

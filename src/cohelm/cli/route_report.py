@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
 from cohelm.arrays import Floats
-from cohelm.cli.report import versions
+from cohelm.cli.report import fitted_table, versions
 from cohelm.maps import DistanceField
 from cohelm.maps.masks import closed_cells
 from cohelm.messages import Path, Wish
@@ -129,16 +130,14 @@ def facts_table(report: dict[str, Any]) -> Table:
     return table
 
 
-def alternative_table(report: dict[str, Any]) -> Table:
+def alternative_table(report: dict[str, Any]) -> Table | Group:
     """The routes side by side."""
-    table = Table(title=Text("routes to choose from"), header_style="dim", title_justify="left")
     points = range(1, len(report["closest_to_each"]) + 1)
     heads = ("length m", "weighted m", "time s", "clearance m", "people 1/m²", "doors", "turns")
-    for head in ("", *heads, *(f"to point {i} m" for i in points), "shared"):
-        table.add_column(head, justify="right")
-    for number, each in enumerate(report["alternatives"], start=1):
-        figures = ("length", "cost", "estimated_time", "minimum_clearance")
-        table.add_row(
+    columns = ("route", *heads, *(f"to point {i} m" for i in points), "shared")
+    figures = ("length", "cost", "estimated_time", "minimum_clearance")
+    rows = [
+        (
             str(number),
             *(f"{each[key]:.2f}" for key in figures),
             f"{each['crowding']:.3f}",
@@ -147,7 +146,9 @@ def alternative_table(report: dict[str, Any]) -> Table:
             *(f"{distance:.2f}" for distance in each["closest_to_each"]),
             f"{each['overlap']:.0%}" if number > 1 else "",
         )
-    return table
+        for number, each in enumerate(report["alternatives"], start=1)
+    ]
+    return fitted_table("routes to choose from", columns, rows)
 
 
 def describe(report: dict[str, Any]) -> list[str]:

@@ -2,6 +2,7 @@
 
     scan against itself       invalid, stuck or repeated readings; a blind sector ahead
     scan against map          is the pose right, as seen by beams that contradict the map
+    scan against earlier one  a view that breaks off, objects that vanish
     scan against wheels       does the world move as odometry and localiser say
     pose against wheels       drift and jumps of either
     command against motion    motors and brakes that are weak, dead or stuck
