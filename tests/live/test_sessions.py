@@ -7,8 +7,10 @@ import multiprocessing
 import os
 import re
 import stat
+import threading
 import time
 from html.parser import HTMLParser
+from multiprocessing.connection import Connection
 from types import SimpleNamespace
 
 import pytest
@@ -56,23 +58,23 @@ def ticks(ride_setup):
 def here(monkeypatch):
     """Rides are measured in this process, which is quicker for so short ones."""
 
-    class Here:
+    class Here(threading.Thread):
+        """Thread with an end of the pipe of its own, as a process has."""
+
         exitcode = 0
 
         def __init__(self, target, args, daemon):
-            assert daemon
-            self._target, self._args = target, args
+            task, sender = args
+            own = Connection(os.dup(sender.fileno()), readable=False)
+            super().__init__(target=self._answer, args=(target, task, own), daemon=daemon)
 
-        def start(self):
-            self._target(*self._args)
+        @staticmethod
+        def _answer(target, task, sender):
+            with sender:
+                target(task, sender)
 
-        def join(self, patience):
-            pass
-
-        def is_alive(self):
-            return False
-
-    monkeypatch.setattr(measuring, "spawn", SimpleNamespace(Process=Here))
+    here = SimpleNamespace(Process=Here, Pipe=multiprocessing.Pipe)
+    monkeypatch.setattr(measuring, "spawn", here)
     monkeypatch.setattr(measuring.os, "nice", lambda _: 19)
 
 
@@ -204,7 +206,7 @@ def test_who_still_writes_while_all_is_deleted_keeps_nothing_of_it(
     def slowly(folder):
         """As the process that measures may: it does not know that the ride is deleted."""
         with pytest.raises(StoreError):
-            write_atomically(store.folder / driven_in / f"{ride}.measures.json", b"{}")
+            write_atomically(store.folder / driven_in / f"{ride}.timeline", b"{}")
         late.append(folder)
         remove(folder)
 
@@ -249,10 +251,7 @@ def test_files_of_others_stay_in_a_shared_folder(tmp_path):
     ]  # fmt: skip
     riders = home / "riders"
     riders.mkdir()
-    left = [
-        own / ".session.json.ab12_xyz", own / "20260131-142530-r1.measures.json",
-        riders / ".rider-1.json.ab12_xyz",
-    ]  # fmt: skip
+    left = [own / ".session.json.ab12_xyz", riders / ".rider-1.json.ab12_xyz"]
     for file in [*others, *left]:
         file.write_text("x")
         os.utime(file, (time.time() - 3 * 86_400,) * 2)

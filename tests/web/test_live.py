@@ -7,16 +7,21 @@ import time
 import pytest
 
 from cohelm.live import Drive, DriveSetup
+from cohelm.live.sessions.measuring import MeasuringPostponed
 from cohelm.scenarios import load_scenario
 from cohelm.web.page_connections import CloseCode
+
+
+def postponed(*_):
+    """Measuring takes its time."""
+    raise MeasuringPostponed
 
 
 @pytest.fixture(scope="module")
 def live(tmp_path_factory):
     folder = tmp_path_factory.mktemp("live")
     with pytest.MonkeyPatch.context() as patch:
-        # It takes its time.
-        patch.setattr("cohelm.live.sessions.store.measure_in_subprocess", lambda *_: {})
+        patch.setattr("cohelm.live.sessions.store.measure_in_subprocess", postponed)
         drive = Drive(DriveSetup(scenario=load_scenario("empty"), folder=folder))
         drive.start()
         limit = time.monotonic() + 240.0

@@ -5,21 +5,20 @@ A long ride takes seconds; in a thread that work would delay the control loop.
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import pickle
-import sys
 import threading
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from cohelm.errors import StoreError
 from cohelm.evaluation.episode.ride import Outcome, Ride
 from cohelm.evaluation.metrics import measure
-from cohelm.live.sessions.files import write_atomically
 from cohelm.live.sessions.records import RideLog, RideSummary
 from cohelm.live.sessions.ride_map import ride_map
 from cohelm.live.sessions.ride_rows import ChairColumn, PersonColumn, read_rows
@@ -54,36 +53,48 @@ def task_of(log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid)
     return pickle.dumps((log, scenario, robot, grid), protocol=5)
 
 
-def measure_in_subprocess(task: Path, into: Path, ends: threading.Event) -> dict[str, float]:
-    """Return the measures of a ride; map and timeline get ``.png`` and ``.timeline`` beside them.
+class Measured(NamedTuple):
+    """What is kept of a ride besides its summary."""
+
+    measures: dict[str, float]
+    png: bytes
+    """Map."""
+    timeline: bytes
+    """JSON, see :mod:`.timeline`."""
+
+
+def measure_in_subprocess(task: Path, ends: threading.Event) -> Measured:
+    """Return the measures, map and timeline of a ride.
 
     Args:
         task: File with the result of :func:`task_of`, in our own folder: it is unpickled.
-        into: JSON file for the answer of the other process; removed afterwards.
         ends: Set when the program ends.
 
     Raises:
         MeasuringPostponed: The program ends, or it took too long.
         StoreError: The measures could not be computed.
     """
-    process = spawn.Process(target=_write_measures, args=(task, into), daemon=True)
-    with without_interrupts():
-        process.start()
-    end = time.monotonic() + MEASURING_TIMEOUT
-    while process.is_alive() and not ends.is_set() and time.monotonic() < end:
-        process.join(0.1)
-    if process.is_alive():
-        process.kill()
-        process.join()
-        raise MeasuringPostponed
-    try:
-        answer = json.loads(into.read_text(encoding="utf-8"))
-        into.unlink()
-    except (OSError, ValueError):
-        raise StoreError(f"the ride was not measured: exit code {process.exitcode}") from None
+    answers, sender = spawn.Pipe(duplex=False)
+    process = spawn.Process(target=_send_measured, args=(task, sender), daemon=True)
+    with answers:
+        with sender, without_interrupts():
+            process.start()
+        # Only the process has the sending end now: if it dies, the receiving end is readable.
+        end = time.monotonic() + MEASURING_TIMEOUT
+        while not answers.poll(0.1):
+            if ends.is_set() or time.monotonic() > end:
+                process.kill()
+                process.join()
+                raise MeasuringPostponed
+        try:
+            answer: Measured | str = answers.recv()
+        except EOFError:
+            process.join()
+            answer = f"the ride was not measured: exit code {process.exitcode}"
+    process.join()
     if isinstance(answer, str):
         raise StoreError(answer)
-    return {name: float(number) for name, number in answer.items()}
+    return answer
 
 
 def log_without_navigator(record: RideSummary, file: Path, step: float) -> RideLog:
@@ -155,22 +166,17 @@ def measures_of(ride: Ride) -> dict[str, float]:
     }
 
 
-def _write_measures(task: Path, into: Path) -> None:
+def _send_measured(task: Path, sender: Connection) -> None:
     """Main function of the measuring process."""
     end_with_owner()
     os.nice(19)
-    answer: dict[str, float] | str
+    answer: Measured | str
     try:
         log, scenario, robot, grid = pickle.loads(task.read_bytes())
         ride = ride_of(log, scenario, robot, grid)
-        answer = measures_of(ride)
-        write_atomically(into.with_suffix(".png"), ride_map(ride))
-        told = timeline_of(ride, log.stops).model_dump_json(exclude_none=False)
-        write_atomically(into.with_suffix(".timeline"), told.encode())
+        timeline = timeline_of(ride, log.stops).model_dump_json(exclude_none=False)
+        answer = Measured(measures_of(ride), ride_map(ride), timeline.encode())
     except Exception as error:  # a task of another program version may fail in any way
         problem = f"{type(error).__name__} {error}".strip()
         answer = f"the ride was not measured: {problem}"
-    try:
-        write_atomically(into, json.dumps(answer).encode())
-    except StoreError:  # the session was deleted meanwhile
-        sys.exit(1)
+    sender.send(answer)

@@ -29,7 +29,7 @@ RIDERS = "riders"
 DELETED = ".deleted-"
 """Prefix of the folder of a session that is being deleted."""
 _DELETED = re.compile(rf"{re.escape(DELETED)}[0-9]+-{SESSION.pattern}")
-_LEFTOVER = re.compile(rf"\.probe|\..+\.[a-z0-9_]{{8}}|{RIDE.pattern}\.measures\..+")
+_LEFTOVER = re.compile(r"\.probe|\..+\.[a-z0-9_]{8}")
 """Names of files that a killed program leaves in the folder of a session."""
 _log = logging.getLogger(__name__)
 _T = TypeVar("_T", bound=Model)

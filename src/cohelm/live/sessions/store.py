@@ -377,18 +377,17 @@ class SessionStore(SessionArchive):
         task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
         if self._closing.is_set() or not (task.is_file() and rows.is_file()):
             return
-        into = self._file(ride, ".measures.json")
         try:
-            measures = measure_in_subprocess(task, into, self._closing)
-            for made in (".png", ".timeline"):
-                into.with_suffix(made).replace(self._file(ride, made))
+            measured = measure_in_subprocess(task, self._closing)
+            write_atomically(self._file(ride, ".png"), measured.png)
+            write_atomically(self._file(ride, ".timeline"), measured.timeline)
         except MeasuringPostponed:
             return
-        except (StoreError, OSError) as error:
+        except StoreError as error:
             problem = f"{error}; its rows are kept in {rows.name}"
             self._background.write(lambda: self._set_aside(ride, problem))
             return
-        self._background.write(lambda: self._store_measures(ride, measures))
+        self._background.write(lambda: self._store_measures(ride, measured.measures))
 
     def _store_measures(self, ride: str, measures: dict[str, float]) -> None:
         """Store the measures of a ride, in the writer thread; then its log is not needed."""
