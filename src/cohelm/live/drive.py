@@ -24,6 +24,7 @@ from pathlib import Path
 from cohelm import kernel_cache
 from cohelm.arrays import value
 from cohelm.errors import CohelmError
+from cohelm.live.commands import HANDLERS, CommandHandler
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
@@ -32,7 +33,6 @@ from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
 from cohelm.live.floor_model import floor_model
-from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
     Echo,
     FromPage,
@@ -46,7 +46,6 @@ from cohelm.live.messages import (
     ToPage,
     Welcome,
 )
-from cohelm.live.page.commands import HANDLERS, CommandHandler
 from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.rider_choice import RiderChoice
@@ -151,11 +150,10 @@ class Drive:
         )
         self._commands = CommandHandler(
             driver,
-            model.places,
-            model.scene.floor,
+            model,
             self._settings,
-            LoopEffects(self._loop, services),
-            grid=model.grid,
+            self._loop,
+            services,
             send=self._send,
             log_event=log_event,
         )
@@ -242,10 +240,10 @@ class Drive:
             client=client, role=role, scene=self._scene, limits=self.limits, rider=self.rider
         )
         self._send(welcome, client)
-        view = self._loop.cycle.view
-        self._send(view.route_update(), client)
-        if view.differences:
-            self._send(view.map_differences(), client)
+        view = self._loop.cycle.state.view
+        self._send(view.route, client)
+        if view.differences.found:
+            self._send(view.differences, client)
         self._loop.call(lambda: self._commands.connect(client, role))
 
     def disconnect(self, client: str) -> None:
@@ -330,16 +328,16 @@ class Drive:
     @property
     def health(self) -> DriveHealth:
         """Condition of the control loop and its processes."""
-        loop = self._loop
+        loop, cycle = self._loop, self._loop.cycle.state
         return DriveHealth(
             ready=loop.ready and not loop.error,
             error=loop.error,
-            ticks=loop.cycle.ticks,
+            ticks=cycle.ticks,
             missed=loop.deadlines.missed,
             longest_streak=loop.deadlines.longest,
-            stops=loop.cycle.stops,
+            stops=cycle.stops,
             restarts=max(self._services.navigator.starts - 1, 0),
-            rate=round(loop.cycle.time_rate.measured, 2),
+            rate=round(cycle.time_rate.measured, 2),
             unstored=self.unstored,
         )
 
@@ -354,7 +352,7 @@ class Drive:
             (audit.error, f"The audit log is not stored: it {audit.error}."),
         )
         here = [text for problem, text in found if problem]
-        return " ".join(filter(None, [*here, self._loop.cycle.unstored_rows]))
+        return " ".join(filter(None, [*here, self._loop.cycle.state.unstored_rows]))
 
     @property
     def failure(self) -> CohelmError | None:
