@@ -57,7 +57,7 @@ BUDGET = {
     "control": (8750, 56),
     "evaluation": (8150, 52),
     "health": (2125, 12),
-    "live": (10400, 63),
+    "live": (9900, 63),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5350, 36),
@@ -74,7 +74,7 @@ BUDGET = {
     "simulation": (6725, 46),
     "social": (300, 4),
     "testing": (3000, 18),
-    "web": (2475, 18),
+    "web": (2425, 18),
     "": (2300, 17),
 }
 """Package → (lines, files) at most; "" is the root. Who raises a number says why in the commit."""
