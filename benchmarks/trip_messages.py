@@ -38,7 +38,7 @@ window.WebSocket = class extends Plain {
   constructor(...given) {
     super(...given);
     this.addEventListener("message", ({ data }) => {
-      if (typeof data !== "string" || !data.startsWith('{"type":"state"')) return;
+      if (typeof data !== "string" || !data.includes('"type":"state"')) return;
       const { type, plan, groups, true_people, free, offers, people, ...rest } = JSON.parse(data);
       if (rest.driver !== newest?.driver) took = performance.now();
       const held_for = (performance.now() - took) / 1000;

@@ -63,7 +63,7 @@ BUDGET = {
     "control": (8750, 56),
     "evaluation": (8075, 51),
     "health": (2125, 12),
-    "live": (10200, 63),
+    "live": (9900, 63),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5350, 36),
@@ -80,7 +80,7 @@ BUDGET = {
     "simulation": (6725, 46),
     "social": (300, 4),
     "testing": (2075, 14),
-    "web": (2475, 18),
+    "web": (2425, 18),
     "": (2300, 17),
 }
 """Package → (lines, files) at most; "" is the root. Who raises a number says why in the commit."""

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cohelm.live.commands import CommandHandler
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.navigator_process import NavigatorServer
@@ -14,7 +15,6 @@ from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.messages import FloorInfo, Heartbeat, ResumeCommand, TakeControl
-from cohelm.live.page.commands import CommandHandler
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
 from cohelm.platforms import Capabilities, PlanarPlatform
@@ -113,17 +113,18 @@ class Rig:
         services = Services(
             navigator=self.navigator, route_preview=route_preview, world_factory=None, rides=rides
         )
-        effects = SimpleNamespace(change_simulation=None, preview=None, rate=None)
         log_event = lambda *_, **__: None  # noqa: E731
         self.driver = DriverState()
-        floor = FloorInfo(image="", width=200, height=200, resolution=0.1, x=0.0, y=0.0)
+        bounds = FloorInfo(image="", width=200, height=200, resolution=0.1, x=0.0, y=0.0)
+        floor = SimpleNamespace(
+            places=ride_setup.places, grid=ride_setup.grid, scene=SimpleNamespace(floor=bounds)
+        )
         self.commands = CommandHandler(
             self.driver,
-            ride_setup.places,
             floor,
             settings,
-            effects,
-            grid=ride_setup.grid,
+            None,
+            services,
             send=self.send,
             log_event=log_event,
         )

@@ -306,7 +306,7 @@ def test_a_navigator_that_stands_still_stops_the_chair(rig, mode):
     first = next(k for k, state in enumerate(states) if stands(state))
     assert rig.due - STEP * (8 - first) - since <= MAX_ANSWER_AGE + STEP + 1e-6
     assert states[first].reason.code == "navigator_timeout"
-    assert rig.cycle.stops == 1
+    assert rig.cycle.state.stops == 1
 
 
 def test_a_navigator_that_was_late_once_goes_on(rig):

@@ -2,8 +2,8 @@
 
 from typing import get_args
 
+from cohelm.live.commands import HANDLERS
 from cohelm.live.messages import Echo, FromPage
-from cohelm.live.page.commands import HANDLERS
 
 
 def test_every_message_of_a_page_has_a_handler_and_echo_needs_none():

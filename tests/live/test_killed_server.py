@@ -73,8 +73,7 @@ def driving(folder, pipe, largest):
     push_until(page, lambda state: state.speed > 0.15)
     while True:
         push(page)
-        health = drive.health
-        pipe.send((page.state.time, page.state.speed, page.state.unstored, health.unstored))
+        pipe.send((page.state.time, page.state.speed, page.state.unstored, drive.unstored))
         time.sleep(0.1)
 
 
@@ -153,7 +152,7 @@ def limiting(folder, pipe, damage):
     while True:
         push(page, 1.0)
         state = page.state
-        pipe.send((state.time - begun, state.speed, state.unstored, drive.health.unstored))
+        pipe.send((state.time - begun, state.speed, state.unstored, drive.unstored))
         time.sleep(0.05)
 
 

@@ -7,11 +7,13 @@ from types import SimpleNamespace
 import pytest
 
 from cohelm.live.control import world_factory
+from cohelm.live.control.cycle_state import CycleState
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission
 from cohelm.live.control.step_timing import STEP
 from cohelm.live.control_loop import MAX_SLOW_CALLS, ControlLoop
 from cohelm.live.messages import Destination
+from cohelm.reasons import Reason
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 
@@ -25,12 +27,14 @@ class Stand:
     """A chair that only listens."""
 
     def __init__(self):
-        self.starting_text, self.world, self.awaits_world = "", None, False
-        self.paused = self.behind = False
-        self.begun, self.held, self.answered_mission = [], threading.Event(), 1
+        self.starting_text, self.world, self.behind = "", None, False
+        self.state, self.begun, self.awaited = CycleState(answered_mission=1), [], []
 
-    def stop_until_confirmed(self, cause):
-        self.held.set()
+    def await_world(self, *, on):
+        self.awaited.append(on)
+
+    def pause(self, *, on):
+        pass
 
     def step(self, due, attend):
         self.begun.append(time.monotonic())
@@ -138,7 +142,7 @@ def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatc
         until(lambda: told)
         steps = len(chair.begun)
         until(lambda: len(chair.begun) > steps + 2)
-        assert not chair.awaits_world
+        assert chair.awaited == [True, False]
     finally:
         loop.close()
     assert told == ["world_failed"]
@@ -159,10 +163,10 @@ def test_an_errand_that_fails_ends_nothing(loop):
 def test_what_a_navigator_was_lost_over_is_not_asked_of_the_next_one(loop, answered):
     """The errand has version 1: kept where it was answered before, dropped where it never was."""
     heard = threading.Event()
-    loop.cycle.answered_mission = answered
+    loop.cycle.state = CycleState(answered_mission=answered)
     loop._navigator.unanswered = SimpleNamespace(mission_version=1)
     loop._navigator.lost = "no answer"
-    assert loop.cycle.held.wait(5.0)
+    until(lambda: loop._driver.link.cause is Reason.NAVIGATOR_TIMEOUT)
     loop.call(heard.set)
     assert heard.wait(5.0)
     assert (loop._driver.mission.goal is not None) == bool(answered)

@@ -5,12 +5,8 @@ import pytest
 
 from cohelm.health import MapChanges
 from cohelm.health.map_changes import CELL, PERSISTENT
-from cohelm.live.control.navigator_process import (
-    MAX_CELLS,
-    MAX_DIFFERENCES,
-    NavigatorServer,
-    map_differences,
-)
+from cohelm.live.control.navigator_process import NavigatorServer
+from cohelm.live.control.view_model import MAX_CELLS, MAX_DIFFERENCES, map_differences
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 
@@ -22,7 +18,7 @@ def rows(*cells):
 
 
 def test_cells_that_touch_are_one_place_of_one_kind():
-    found = map_differences(rows((4, 4, 0), (5, 5, 0), (6, 5, 0), (5, 4, 1), (9, 9, 0)))
+    found = map_differences(rows((4, 4, 0), (5, 5, 0), (6, 5, 0), (5, 4, 1), (9, 9, 0))).found
     assert [(each.kind, len(each.cells)) for each in found] == [
         ("gone", 3),
         ("gone", 1),
@@ -38,13 +34,13 @@ def test_the_order_of_the_rows_does_not_matter():
         np.column_stack([rng.integers(0, 12, (60, 2)), rng.integers(0, 2, 60)]), axis=0
     )
     assert map_differences(some) == map_differences(rng.permutation(some))
-    assert sum(len(each.cells) for each in map_differences(some)) == len(some)
+    assert sum(len(each.cells) for each in map_differences(some).found) == len(some)
 
 
 def test_a_message_stays_small_however_wrong_the_map_is():
     wall = np.column_stack([np.arange(300), np.zeros(300, int), np.zeros(300, int)])
     spots = np.column_stack([np.arange(0, 900, 3), np.full(300, 9), np.ones(300, int)])
-    found = map_differences(np.vstack([wall, spots]))
+    found = map_differences(np.vstack([wall, spots])).found
     assert len(found) == MAX_DIFFERENCES
     assert len(found[0].cells) == MAX_CELLS
 

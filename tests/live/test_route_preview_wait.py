@@ -4,14 +4,13 @@ import pytest
 
 from cohelm.live.control.ipc import ProcessReady
 from cohelm.live.control.worker_process import ProcessGone
-from cohelm.live.messages import Destination, PlanTrip
+from cohelm.live.messages import Destination, PlanTrip, TripPlans
 from cohelm.live.page import route_preview
-from cohelm.live.page.preview_process import TripAnswer
 
 
-def question(number):
+def ask(previews, client, number):
     trip = PlanTrip(id=number, point=(1.0, 2.0))
-    return route_preview.TripQuestion(trip, Destination(name="", x=1.0, y=2.0), "")
+    previews.request(client, trip, Destination(name="", x=1.0, y=2.0), "")
 
 
 class Mute:
@@ -45,7 +44,7 @@ def test_a_process_that_hangs_is_begun_anew_and_its_question_refused(
     )
     asked.start()
     asked.poll()
-    asked.request("a", question(3))
+    ask(asked, "a", 3)
     assert asked.needs_context
     asked.set_planning_context(b"about")
     asked.poll()
@@ -64,7 +63,7 @@ def test_after_the_last_process_every_request_is_answered(monkeypatch):
         asked.poll()
         clients = ["a", "b", "c"] if lost == route_preview.MAX_LOST - 1 else ["a"]
         for client in clients:
-            asked.request(client, question(lost))
+            ask(asked, client, lost)
         asked.set_planning_context(b"about")
         asked.poll()
     assert told == ["a"] * route_preview.MAX_LOST + ["b", "c"]
@@ -83,7 +82,7 @@ class AnswersThenDies(Mute):
             return self.says.pop()
         if self.asked is None:
             raise ProcessGone
-        answer = TripAnswer(id=self.asked.id, client=self.asked.client)
+        answer = TripPlans(id=self.asked.id)
         self.asked = None
         return answer
 
@@ -99,7 +98,7 @@ def test_lost_processes_that_answered_before_are_replaced_for_ever(monkeypatch):
     for number in range(3 * route_preview.MAX_LOST):
         asked.start()
         asked.poll()  # ready
-        asked.request("a", question(number))
+        ask(asked, "a", number)
         asked.set_planning_context(b"about")
         asked.poll()  # the answer
         asked.poll()  # lost
@@ -108,5 +107,5 @@ def test_lost_processes_that_answered_before_are_replaced_for_ever(monkeypatch):
         asked.start()
         asked.poll()  # ready
         asked.poll()  # lost without an answer
-    asked.request("a", question(99))
+    ask(asked, "a", 99)
     assert told[-1].type == "rejected"

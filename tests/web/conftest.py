@@ -70,7 +70,14 @@ class Still:
         self.said = []
         self.sessions, self.audit = Store(), Log()
         self.health = DriveHealth(
-            ready=True, error="", ticks=7, missed=2, longest_streak=1, stops=0, restarts=0
+            status="ok",
+            problem="",
+            ready=True,
+            ticks=7,
+            missed=2,
+            longest_streak=1,
+            stops=0,
+            restarts=0,
         )
 
     def listen(self, callback):

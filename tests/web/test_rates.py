@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cohelm.web.rate_limits import FaultLimit, RateLimit
+from cohelm.web.rate_limits import MAX_FAULT_RATE, MAX_FAULTS, RateLimit
 
 
 def test_at_once_only_what_a_second_allows():
@@ -26,7 +26,7 @@ def test_never_more_than_the_rate_and_one_burst(gaps):
 
 
 def test_a_few_faults_are_forgiven_and_many_are_not():
-    faults = FaultLimit(0.0)
-    assert [faults.add(0.0) for _ in range(11)] == [True] * 10 + [False]
-    slow = FaultLimit(0.0)
-    assert all(slow.add(6.0 * k) for k in range(1000))  # ten a minute
+    faults = RateLimit(MAX_FAULT_RATE, 0.0, MAX_FAULTS)
+    assert [faults.take(0.0) for _ in range(11)] == [True] * 10 + [False]
+    slow = RateLimit(MAX_FAULT_RATE, 0.0, MAX_FAULTS)
+    assert all(slow.take(6.0 * k) for k in range(1000))  # ten a minute

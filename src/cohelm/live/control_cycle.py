@@ -9,19 +9,19 @@ t + T   next step (``step_timing``)
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 from cohelm.live.control import driver_link
+from cohelm.live.control.cycle_state import CycleState, PageView
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.readiness import KEPT, acknowledges, held_by, not_ready
 from cohelm.live.control.step_requests import UnsentReadings, step_request
 from cohelm.live.control.step_timing import STEP, answer_deadline, elapsed_time
-from cohelm.live.control.time_rate import ABSORBED_LATENESS, TimeRate
+from cohelm.live.control.time_rate import ABSORBED_LATENESS
 from cohelm.live.control.watchdog import (
     INPUT_FAULTS,
     MAX_ANSWER_LATENCY,
@@ -29,8 +29,8 @@ from cohelm.live.control.watchdog import (
     limit_acceleration,
 )
 from cohelm.live.control.world_factory import LiveWorld
-from cohelm.live.messages import Notice, Send
-from cohelm.live.page.state_messages import SLOW_NOTICE, PageView, Sent, StepStatus, state_message
+from cohelm.live.messages import ChairState, Notice, RouteUpdate, Send
+from cohelm.live.page.state_messages import SLOW_NOTICE, reason_of, reason_text, world_fields
 from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
@@ -66,42 +66,20 @@ class ControlCycle:
         self._navigator, self._rides = services.navigator, services.rides
         self._route_preview = services.route_preview
         self._send, self._clock, self._unstored = send, clock, unstored
-        self.unstored_rows = ""  # reason why the navigator's process stores no rows
-        self.time_rate = TimeRate()
-        self._requested_time = -math.inf  # ``LiveWorld.time`` of the last observation sent, s
+        self.state = CycleState()
         self.world: LiveWorld | None = None
-        self._starting = True  # until the navigator has made a decision in this world
-        self.paused = False
-        """True while the simulation is paused."""
-        self.awaits_world = False
-        """True while another world is built; until then the chair stands."""
-        self._restart, self._first_step_id = False, 0
-        """True if the next request restarts the navigator; first step in this world."""
-        self._watchdog = Watchdog()
-        self.view = PageView()
-        self._sent = Sent()
-        self.command = stop(Reason.STARTING)
-        """Decision at the wheels."""
         self.starting_text = ""
         """Additional text while the chair starts."""
-        self._heartbeat_seq, self._requested_epoch = -1, 0
-        """``Heartbeat.seq`` behind the command; ``LinkState.epoch`` at the last request."""
         self._unsent = UnsentReadings()
-        self._commanded_at = -math.inf  # time of the last command for the wheels, s
-        self._touching = False  # the chair is in contact with something
-        self.arrived = False
-        """True from an arrival to the next motion."""
-        self.ticks = 0
-        self.answered_mission = -1  # ``Mission.version`` of the last answer; −1: none yet
-        self.stops = 0
-        """Number of stops by the watchdog."""
+        self._sent = PageView(route=RouteUpdate(version=-1))
+        """Route and differences that pages have already."""
 
     @property
     def moves(self) -> bool:
         """True if the chair moves, or has a command to move."""
         if self.world is None:
             return False
-        return bool(self.command.twist.any()) or not self.world.stands
+        return bool(self.state.command.twist.any()) or not self.world.stands
 
     @property
     def behind(self) -> bool:
@@ -115,39 +93,34 @@ class ControlCycle:
         A destination chosen before there was a world is kept.
         """
         restarted = self.world is not None
-        self.world, self.paused, self.awaits_world = world, False, False
-        self._restart, self._first_step_id = True, self.ticks
-        self._requested_time = -math.inf
-        self.time_rate = self.time_rate.resumed() if world.simulated else TimeRate()
-        version = self.view.route_version + 1
-        self._watchdog, self.view = Watchdog(), PageView(route_version=version)
+        self.world = world
+        self.state = self.state.entered(simulated=world.simulated)
         self._unsent.clear()
-        self._touching = self.arrived = False
-        self.command = stop(Reason.STARTING)
         if restarted:
             self._driver.clear_mission()
         if world.simulated:
             self._driver.require_centring()
         else:  # a real chair moves only after the rider has said so
-            self.stop_until_confirmed(Reason.CONFIRM)
+            self._driver.stop_until_confirmed(Reason.CONFIRM)
         self._rides.enter(world.ride_setup)
+
+    def await_world(self, *, on: bool) -> None:
+        """Let the chair stand until another world is built, or no longer."""
+        self.state = replace(self.state, awaits_world=on)
 
     def pause(self, *, on: bool) -> None:
         """Pause the simulation, or resume it; then the stick must be centred first."""
-        if self.paused and not on:
+        state = self.state
+        if state.paused and not on:
             self._driver.require_centring()
             # Else the last decision would count as too old, and the driver had to confirm.
-            self._watchdog = replace(self._watchdog, at=self._clock())
-            self.time_rate = self.time_rate.resumed()
-        self.paused = on
+            watchdog = replace(state.watchdog, at=self._clock())
+            state = replace(state, watchdog=watchdog, time_rate=state.time_rate.resumed())
+        self.state = replace(state, paused=on)
 
     def navigator_restarted(self) -> None:
         """Forget the old navigator's decisions: the new one has no memory."""
-        self._restart, self._watchdog, self.answered_mission = True, Watchdog(), -1
-
-    def stop_until_confirmed(self, cause: Reason) -> None:
-        """Stop until the driver confirms."""
-        self._driver.stop_until_confirmed(cause)
+        self.state = replace(self.state, restart=True, watchdog=Watchdog(), answered_mission=-1)
 
     def step(self, due: float, run_calls: Callable[[], None]) -> None:
         """Run one control step.
@@ -159,11 +132,12 @@ class ControlCycle:
         run_calls()
         late = max(self._clock() - due, 0.0)
         world = self.world
-        if world is not None and self.paused:
+        if world is not None and self.state.paused:
             self._step_paused(world)
         elif world is not None:
             if world.simulated:
-                self.time_rate = self.time_rate.stepped(STEP, self._clock())
+                rate = self.state.time_rate.stepped(STEP, self._clock())
+                self.state = replace(self.state, time_rate=rate)
             self._driver.sense(world, self._clock(), dead_zone=self._settings.rider.dead_zone)
             self._await_answer(world, answer_deadline(due, late, simulated=world.simulated), late)
             run_calls()
@@ -174,43 +148,41 @@ class ControlCycle:
         real = world is not None and not world.simulated
         if not real:  # pages see the simulated world that was decided about
             self._send_state(world, now, late)
-        if world is not None and not self.paused:
+        if world is not None and not self.state.paused:
             self._advance(world, elapsed)
         if real:  # the wheels do not wait for pages
             self._send_state(world, now, late)
-        self.ticks += 1
+        self.state = replace(self.state, ticks=self.state.ticks + 1)
 
     def step_failed(self) -> None:
         """Stop after a failure of the loop: first the world, since the message may fail as well."""
-        self.command = stop(Reason.PROGRAM_FAILED)
-        self._heartbeat_seq = -1
+        command, ticks = stop(Reason.PROGRAM_FAILED), self.state.ticks + 1
+        self.state = replace(self.state, command=command, heartbeat_seq=-1)
         world, now = self.world, self._clock()
-        if world is not None and not self.paused:
-            world.apply(self.command)
-        self.ticks += 1
+        if world is not None and not self.state.paused:
+            world.apply(command)
+        self.state = replace(self.state, ticks=ticks)
         self._send_state(world, now, late=0.0)
 
     def _request_step(self, world: LiveWorld, late: float) -> bool:
         """Send the newest observation if the navigator is free; returns True if it was sent."""
-        now, link = self._clock(), self._driver.link
+        now, link, state = self._clock(), self._driver.link, self.state
         time = world.time(now)
-        if not self._navigator.free or time <= self._requested_time:
+        if not self._navigator.free or time <= state.requested_time:
             return False  # it is sent once: simulated time may be slower than the steps
-        self._requested_time = time
         moves = driver_link.status(link, now) == "ready"
-        known = acknowledges(link, self._watchdog, self._requested_epoch)
-        request = step_request(self.ticks, world, *self._given, now=now, moves=moves, stop=known)
+        known = acknowledges(link, state.watchdog, state.requested_epoch)
+        request = step_request(state.ticks, world, *self._given, now=now, moves=moves, stop=known)
         marks, seen = self._rides.take_marks(), self._unsent.take(request.observation)
         request = replace(
             request,
             observation=replace(seen, late=max(late - ABSORBED_LATENESS, 0.0)),
-            restart=self._restart,
+            restart=state.restart,
             end=marks.end,
             begin=marks.begin,
             planning_context=self._route_preview.needs_context,
         )
-        self._restart = False
-        self._requested_epoch = link.epoch
+        self.state = replace(state, restart=False, requested_time=time, requested_epoch=link.epoch)
         self._navigator.request(request, now)
         return self._navigator.ready
 
@@ -221,7 +193,7 @@ class ControlCycle:
         if answer is not None:
             self._take_answer(world, answer)
         if self._route_preview.needs_context and self._navigator.free:
-            request = step_request(self.ticks, world, *self._given, now=now, moves=False)
+            request = step_request(self.state.ticks, world, *self._given, now=now, moves=False)
             self._navigator.request(replace(request, paused=True, planning_context=True), now)
 
     def _await_answer(self, world: LiveWorld, until: float, late: float) -> None:
@@ -236,115 +208,150 @@ class ControlCycle:
             if answer is None:
                 break
             self._take_answer(world, answer)
-            if answer.step_id == self.ticks or self._clock() >= until or not world.simulated:
+            own = answer.step_id == self.state.ticks
+            if own or self._clock() >= until or not world.simulated:
                 break
             sent = self._request_step(world, late)
-        new = world.time(self._clock()) > self._requested_time
+        new = world.time(self._clock()) > self.state.requested_time
         # The navigator did not get this observation: keep its scans for the next request.
-        if not sent and new and self.time_rate.advances:
+        if not sent and new and self.state.time_rate.advances:
             self._unsent.keep(world.observation)
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
         """Use an answer; one that comes too late changes the view only."""
-        driver, now = self._driver, self._clock()
+        driver, now, state = self._driver, self._clock(), self.state
         self._rides.add_log(answer.log)
-        if answer.step_id < self._first_step_id:
+        if answer.step_id < state.first_step_id:
             return  # from the previous world
         if answer.planning_context is not None:
             self._route_preview.set_planning_context(answer.planning_context)
-        if answer.paused:
+        if answer.state is None:
             return
-        self.unstored_rows = answer.unstored
+        rate, watchdog, time = state.time_rate, state.watchdog, world.time(now)
         if world.simulated:
-            self.time_rate = self.time_rate.answered(now - self._navigator.requested_at, now)
-        time = world.time(now)
-        if time - self._requested_time <= MAX_ANSWER_LATENCY + 1e-6:
-            self._watchdog = Watchdog.of(answer, now, time, self._requested_epoch)
+            rate = rate.answered(now - self._navigator.requested_at, now)
+        if time - state.requested_time <= MAX_ANSWER_LATENCY + 1e-6:
+            watchdog = Watchdog.of(answer, now, time, state.requested_epoch)
         reason = answer.decision.reason
         faulty = reason in (KEPT if world.simulated else KEPT | INPUT_FAULTS)
         if faulty and driver_link.status(driver.link, now) == "ready":
-            self.stop_until_confirmed(reason or Reason.CONFIRM)
-        self.answered_mission = answer.mission_version
-        self.view = self.view.updated(answer, driver.mission)
+            driver.stop_until_confirmed(reason or Reason.CONFIRM)
+        self.state = replace(
+            state,
+            unstored_rows=answer.unstored,
+            time_rate=rate,
+            watchdog=watchdog,
+            answered_mission=answer.mission_version,
+            view=state.view.updated(answer, answer.state, driver.mission),
+        )
         current = answer.mission_version == driver.mission.version
         if answer.arrived and current and driver.mission.goal is not None and world.stands:
-            self.arrived = True
+            self.state = replace(self.state, arrived=True)
             self._rides.end("arrived")
             self._send(Notice(code="arrived", text=driver.arrive()), None)
 
     def _select_command(self, now: float) -> float:
         """Set the decision at the wheels; returns the time since the last one, s."""
-        watchdog = self._watchdog
-        simulated = self.world is None or self.world.simulated
-        passed = elapsed_time(self._commanded_at, now)
-        elapsed = STEP * self.time_rate.advances if simulated else passed
-        self._commanded_at = now
-        if self.paused:
-            self.command = stop(Reason.PAUSED)
+        state, driver, world = self.state, self._driver, self.world
+        watchdog, simulated = state.watchdog, world is None or world.simulated
+        passed = elapsed_time(state.commanded_at, now)
+        elapsed = STEP * state.time_rate.advances if simulated else passed
+        if state.paused:
+            self.state = replace(state, commanded_at=now, command=stop(Reason.PAUSED))
             return elapsed
         no_decision = watchdog.decision is None and self._navigator.starts <= 1
-        starting = self.awaits_world or no_decision
-        if self._starting and not starting:
-            self._driver.require_confirmation_of_trip()
-        self._starting = starting
-        hold_reason = held_by(self._driver.link, watchdog, now, starting=starting)
+        starting = state.awaits_world or no_decision
+        if state.starting and not starting:
+            driver.require_confirmation_of_trip()
+        hold_reason = held_by(driver.link, watchdog, now, starting=starting)
         if not starting and watchdog.silent(now, simulated=simulated):
-            self.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
-        time = self.world.time(now) if self.world is not None else 0.0
-        selected = watchdog.select_command(time, hold_reason)
-        newest = driver_link.current_heartbeat(self._driver.link, now).seq
-        self._heartbeat_seq = watchdog.heartbeat_seq if hold_reason is None else newest
-        if selected.reason is Reason.NAVIGATOR_TIMEOUT and self.command.twist.any():
-            self.stops += 1
+            driver.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
+        selected = watchdog.select_command(0.0 if world is None else world.time(now), hold_reason)
+        newest = driver_link.current_heartbeat(driver.link, now).seq
+        stops = selected.reason is Reason.NAVIGATOR_TIMEOUT and bool(state.command.twist.any())
         limit = self._settings.limits.max_acceleration
-        self.command = limit_acceleration(selected, self.command.twist, limit, elapsed)
+        self.state = replace(
+            state,
+            starting=starting,
+            commanded_at=now,
+            command=limit_acceleration(selected, state.command.twist, limit, elapsed),
+            heartbeat_seq=watchdog.heartbeat_seq if hold_reason is None else newest,
+            stops=state.stops + stops,
+        )
         return elapsed
 
     def _advance(self, world: LiveWorld, elapsed: float) -> None:
         """Send the command to the wheels, and react to contacts."""
-        if not self.time_rate.advances:
+        state, driver = self.state, self._driver
+        if not state.time_rate.advances:
             return
-        driver = self._driver
-        length = world.apply(self.command)
-        self.arrived &= not self.command.twist.any()
+        length = world.apply(state.command)
         self._rides.step(
-            self.command,
+            state.command,
             driver.mission,
             elapsed=elapsed,
             length=length,
             device=driver_link.current_heartbeat(driver.link, self._clock()).device,
         )
         touches = world.touches
-        if touches and not self._touching:
-            self.stop_until_confirmed(Reason.COLLISION)
+        if touches and not state.touching:
+            driver.stop_until_confirmed(Reason.COLLISION)
             self._rides.end("collision")
             self._send(Notice(code="collision", text=Reason.COLLISION.sentence), None)
-        self._touching = touches
+        arrived = state.arrived and not state.command.twist.any()
+        self.state = replace(state, arrived=arrived, touching=touches)
         if driver.link.driver is None:
             self._rides.end("cancelled")
 
     def _send_state(self, world: LiveWorld | None, now: float, late: float) -> None:
-        for message in self._sent.changes(self.view):
-            self._send(message, None)
-        step = StepStatus(
-            seq=self.ticks,
-            command=self.command,
-            heartbeat_seq=self._heartbeat_seq,
-            now=now,
-            late=late,
-            arrived=self.arrived,
-            paused=self.paused,
-            ride=self._rides.ride,
-            starting_text=self.starting_text,
-            not_ready=not_ready(
-                *(self.command.reason, self._navigator, self._watchdog, now),
-                mode=self._driver.mission.active_mode,
-                simulated=world is None or world.simulated,
-            ),
-            can_plan=world is not None and self._navigator.ready and self._route_preview.ready,
-            rate=self.time_rate.measured,
-            unstored=self._unstored(),
-        )
-        if self.time_rate.notice:
+        view, sent, self._sent = self.state.view, self._sent, self.state.view
+        if view.route != sent.route:
+            self._send(view.route, None)
+        if view.differences != sent.differences:
+            self._send(view.differences, None)
+        if self.state.time_rate.notice:
             self._send(SLOW_NOTICE, None)
-        self._send(state_message(world, self._driver, self.view, step), None)
+        self._send(self._state_message(world, now, late), None)
+
+    def _state_message(self, world: LiveWorld | None, now: float, late: float) -> ChairState:
+        """State of the chair.
+
+        Args:
+            world: World of the ride; None: not built yet.
+            now: Time just before the command was selected, s.
+            late: Delay of the step's start, s.
+        """
+        state, link, mission = self.state, self._driver.link, self._driver.mission
+        status, command = driver_link.status(link, now), state.command
+        fault = not_ready(
+            *(command.reason, self._navigator, state.watchdog, now),
+            mode=mission.active_mode,
+            simulated=world is None or world.simulated,
+        )
+        required = driver_link.required_reason(status)
+        forward, _, turn = command.twist.tolist()
+        hidden = {"remaining": None} if mission.goal is None else {"offers": ()}
+        return ChairState.model_construct(
+            **(dict(state.view.navigator) | hidden),
+            **world_fields(world),
+            seq=state.ticks,
+            command=(round(forward, 4), round(turn, 4)),
+            heartbeat=state.heartbeat_seq,
+            driver=link.driver,
+            device=driver_link.current_heartbeat(link, now).device,
+            link=status,
+            mode=mission.mode,
+            pace=mission.pace,
+            reason=reason_text(command, self.starting_text, required),
+            not_ready=None if fault is None else reason_of(fault, fault.sentence),
+            can_plan=world is not None and self._navigator.ready and self._route_preview.ready,
+            arrived=state.arrived,
+            paused=state.paused,
+            goal=mission.goal,
+            route_version=state.view.route.version,
+            ride=self._rides.ride,
+            lateness=round(1000.0 * late, 1),
+            rate=round(state.time_rate.measured, 2),
+            unstored=self._unstored(),
+            clock=round(now, 4),
+        )

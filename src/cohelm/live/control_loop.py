@@ -64,8 +64,8 @@ class ControlLoop:
     """Control loop in a thread of its own; ``step_timing`` tells when its steps begin.
 
     Other threads may use :meth:`call`, :meth:`submit`, and read ``ready``, ``error``,
-    ``deadlines`` and of the cycle ``view``, ``moves``, ``ticks`` and ``stops``: each is replaced as
-    a whole, so that a reader gets the old value or the new one. All else belongs to this thread.
+    ``deadlines`` and of the cycle ``state`` and ``moves``: each is replaced as a whole, so that a
+    reader gets the old value or the new one. All else belongs to this thread.
 
     Args:
         cycle: One step of the loop.
@@ -154,7 +154,7 @@ class ControlLoop:
         """
         if self._services.world_factory.busy:
             raise NotPossibleNow("The simulation is already restarting.")
-        self.cycle.awaits_world = True
+        self.cycle.await_world(on=True)
         self._services.world_factory.start(self._seed if seed is None else seed, lambda: True)
 
     def _compiled(self) -> bool:
@@ -179,7 +179,7 @@ class ControlLoop:
             if self._ready:
                 self.deadlines.add(missed=now > due + STEP)
             world = self.cycle.world
-            wait = world.wait if world is not None and not self.cycle.paused else None
+            wait = world.wait if world is not None and not self.cycle.state.paused else None
             due = now if self.cycle.behind else self._timer.wait(due, wait)
         self._finish()
 
@@ -208,7 +208,8 @@ class ControlLoop:
     def _finish(self) -> None:
         """End the current ride and wait for its log, while the chair stands."""
         cycle, rides, end = self.cycle, self._services.rides, time.monotonic() + LOG_TIMEOUT
-        cycle.awaits_world, cycle.paused = True, False
+        cycle.await_world(on=True)
+        cycle.pause(on=False)
         try:
             rides.end("cancelled")
             while rides.waits_for_log and self._navigator.ready and time.monotonic() < end:
@@ -243,7 +244,7 @@ class ControlLoop:
         if self._navigator.supervise(now):
             self.cycle.navigator_restarted()
             if self._navigator.starts > 1:
-                self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
+                self._driver.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
                 self.announce("navigator_ready", "The navigator is ready again.")
         self._handle_lost_navigator()
         if now >= self._next_retry:
@@ -264,7 +265,7 @@ class ControlLoop:
         if not lost:
             return
         self._services.rides.navigator_lost()
-        self.cycle.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
+        self._driver.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
         self._log_event("chair", "navigator_lost", reason=lost)
         if self._navigator.gave_up:
             self.error = "The navigator does not start; see the log."
@@ -273,7 +274,8 @@ class ControlLoop:
         text = "The navigator has failed and restarts."
         unanswered = self._navigator.unanswered
         # A mission that it never answered would bring down its successor as well.
-        if unanswered is not None and unanswered.mission_version != self.cycle.answered_mission:
+        answered = self.cycle.state.answered_mission
+        if unanswered is not None and unanswered.mission_version != answered:
             self._driver.clear_mission()
             text = "The navigator has failed. It restarts without destination and wishes."
         self.announce("navigator_lost", text)
@@ -282,7 +284,7 @@ class ControlLoop:
         try:
             world = self._services.world_factory.finished()
         except CohelmError as error:
-            self.cycle.awaits_world = False
+            self.cycle.await_world(on=False)
             first = self.cycle.world is None
             # The first one ends the drive, whose owner gets the error.
             _log.log(logging.INFO if first else logging.ERROR, "no world: %s", error)

@@ -8,8 +8,6 @@
     drive.close()
 
 No call waits for the control loop, and every call may come from any thread.
-
-Condition of a live ride, as its owner and the server see it.
 """
 
 from __future__ import annotations
@@ -20,10 +18,13 @@ import threading
 import time
 import weakref
 from pathlib import Path
+from typing import Literal
 
 from cohelm import kernel_cache
 from cohelm.arrays import value
+from cohelm.config import Model
 from cohelm.errors import CohelmError
+from cohelm.live.commands import HANDLERS, CommandHandler
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
@@ -32,7 +33,6 @@ from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
 from cohelm.live.floor_model import floor_model
-from cohelm.live.loop_effects import LoopEffects
 from cohelm.live.messages import (
     Echo,
     FromPage,
@@ -46,7 +46,6 @@ from cohelm.live.messages import (
     ToPage,
     Welcome,
 )
-from cohelm.live.page.commands import HANDLERS, CommandHandler
 from cohelm.live.page.route_preview import RoutePreview
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.rider_choice import RiderChoice
@@ -61,14 +60,15 @@ from cohelm.maps import OccupancyGrid
 from cohelm.scenarios import Scenario
 
 
-@value
-class DriveHealth:
+class DriveHealth(Model):
     """Condition of the control loop and its processes."""
 
+    status: Literal["ok", "degraded", "failed"]
+    """``degraded``: something cannot be stored; ``failed``: the chair cannot drive any more."""
+    problem: str
+    """Reason of both; empty with ``ok``."""
     ready: bool
     """True if the chair can drive."""
-    error: str
-    """Reason why it cannot, and will not without a restart; empty: there is none."""
     ticks: int
     """Control steps so far."""
     missed: int
@@ -81,8 +81,6 @@ class DriveHealth:
     """Restarts of the navigator."""
     rate: float = 1.0
     """Speed of simulated time, 1: real time."""
-    unstored: str = ""
-    """Sentences about what cannot be stored; empty: everything is."""
 
 
 @value
@@ -123,7 +121,10 @@ class Drive:
             self._temporary = tempfile.TemporaryDirectory(prefix="cohelm-")
         folder = setup.folder or Path(self._temporary.name if self._temporary else "")
         self._release = weakref.finalize(self, os.close, lock_folder(folder))
-        self._audit, self._sessions = AuditLog(folder), SessionStore(folder)
+        self.audit = AuditLog(folder)
+        """Audit log of who drove and who changed what."""
+        self.sessions = SessionStore(folder)
+        """Stored sessions and rides."""
         profile = with_response(setup.scenario.profile, stored_response(folder))
         self._settings = ActiveSettings(
             setup.folder, model.robot, profile, limits=setup.limits, rider=setup.rider
@@ -131,7 +132,7 @@ class Drive:
         self._listeners: tuple[Send, ...] = ()
         self._announcing = threading.Lock()
         self._services = services = self._make_services(setup, folder, model.grid)
-        driver, log_event = DriverState(), self._audit.log_event
+        driver, log_event = DriverState(), self.audit.log_event
         cycle = ControlCycle(
             driver,
             self._settings,
@@ -151,16 +152,15 @@ class Drive:
         )
         self._commands = CommandHandler(
             driver,
-            model.places,
-            model.scene.floor,
+            model,
             self._settings,
-            LoopEffects(self._loop, services),
-            grid=model.grid,
+            self._loop,
+            services,
             send=self._send,
             log_event=log_event,
         )
         self.riders = RiderChoice(
-            self._sessions,
+            self.sessions,
             self._settings,
             driver,
             services.rides,
@@ -176,7 +176,7 @@ class Drive:
         """Make what runs beside the control loop; no process is started yet."""
         # Only the navigator infers; the world stays the same whatever the rider's habits.
         process_setup = ProcessSetup(
-            scenario=with_habits(setup.scenario, self._sessions.list()),
+            scenario=with_habits(setup.scenario, self.sessions.list()),
             seed=setup.seed,
             folder=folder,
             record=setup.record,
@@ -186,7 +186,7 @@ class Drive:
             navigator=NavigatorClient(process_setup),
             route_preview=RoutePreview(process_setup, self._send),
             world_factory=WorldFactory(setup.scenario),
-            rides=RideTracker(self._sessions, self._settings, self._send),
+            rides=RideTracker(self.sessions, self._settings, self._send),
         )
 
     def start(self) -> None:
@@ -196,7 +196,7 @@ class Drive:
         chair stands and ``ChairState.reason`` says so.
         """
         scene = self._scene
-        self._audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
+        self.audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
         self.riders.restore()
         self._loop.start()
 
@@ -206,9 +206,9 @@ class Drive:
             return
         self._closed = True
         self._loop.close()
-        self._audit.log_event("chair", "drive_closed")
-        self._sessions.close()
-        self._audit.close()
+        self.audit.log_event("chair", "drive_closed")
+        self.sessions.close()
+        self.audit.close()
         self._release()
         if self._temporary is not None:
             self._temporary.cleanup()
@@ -242,10 +242,10 @@ class Drive:
             client=client, role=role, scene=self._scene, limits=self.limits, rider=self.rider
         )
         self._send(welcome, client)
-        view = self._loop.cycle.view
-        self._send(view.route_update(), client)
-        if view.differences:
-            self._send(view.map_differences(), client)
+        view = self._loop.cycle.state.view
+        self._send(view.route, client)
+        if view.differences.found:
+            self._send(view.differences, client)
         self._loop.call(lambda: self._commands.connect(client, role))
 
     def disconnect(self, client: str) -> None:
@@ -295,10 +295,10 @@ class Drive:
         try:
             before = self._settings.set_limits(limits, lambda: not self._loop.cycle.moves)
         except LimitsLoosened:
-            self._audit.log_event(actor, "limits_rejected", requested=limits.model_dump())
+            self.audit.log_event(actor, "limits_rejected", requested=limits.model_dump())
             raise
         after = self.limits.model_dump()
-        self._audit.log_event(actor, "limits_changed", before=before.model_dump(), after=after)
+        self.audit.log_event(actor, "limits_changed", before=before.model_dump(), after=after)
         self._announce_settings()
 
     @property
@@ -314,39 +314,29 @@ class Drive:
         """
         before = self._settings.set_rider(rider).model_dump()
         after = rider.model_dump()
-        self._audit.log_event(actor, "rider_settings_changed", before=before, after=after)
+        self.audit.log_event(actor, "rider_settings_changed", before=before, after=after)
         self._announce_settings()
-
-    @property
-    def sessions(self) -> SessionStore:
-        """Stored sessions and rides."""
-        return self._sessions
-
-    @property
-    def audit(self) -> AuditLog:
-        """Audit log of who drove and who changed what."""
-        return self._audit
 
     @property
     def health(self) -> DriveHealth:
         """Condition of the control loop and its processes."""
-        loop = self._loop
+        loop, cycle, problem = self._loop, self._loop.cycle.state, self.unstored
         return DriveHealth(
+            status="failed" if loop.error else "degraded" if problem else "ok",
+            problem=loop.error or problem,
             ready=loop.ready and not loop.error,
-            error=loop.error,
-            ticks=loop.cycle.ticks,
+            ticks=cycle.ticks,
             missed=loop.deadlines.missed,
             longest_streak=loop.deadlines.longest,
-            stops=loop.cycle.stops,
+            stops=cycle.stops,
             restarts=max(self._services.navigator.starts - 1, 0),
-            rate=round(loop.cycle.time_rate.measured, 2),
-            unstored=self.unstored,
+            rate=round(cycle.time_rate.measured, 2),
         )
 
     @property
     def unstored(self) -> str:
         """Sentences about what cannot be stored, and why; empty: everything is stored."""
-        rides, limits, audit = self._services.rides, self._settings, self._audit
+        rides, limits, audit = self._services.rides, self._settings, self.audit
         ends = f"The limits in force are not stored, and end with the program: it {limits.error}."
         found = (
             (limits.error, ends),
@@ -354,7 +344,7 @@ class Drive:
             (audit.error, f"The audit log is not stored: it {audit.error}."),
         )
         here = [text for problem, text in found if problem]
-        return " ".join(filter(None, [*here, self._loop.cycle.unstored_rows]))
+        return " ".join(filter(None, [*here, self._loop.cycle.state.unstored_rows]))
 
     @property
     def failure(self) -> CohelmError | None:

@@ -170,11 +170,6 @@ class RideTracker:
         return self._ride.id if self._ride is not None else ""
 
     @property
-    def rider(self) -> str:
-        """Id of the rider; empty: nobody was chosen."""
-        return self._settings.person
-
-    @property
     def waits_for_log(self) -> bool:
         """True while the navigator's process owes the log of an ended ride."""
         return bool(self._ended)

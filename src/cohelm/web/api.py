@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Path, Request, Response
 from pydantic import Field
 
 from cohelm.config import Model
+from cohelm.live import DriveHealth
 from cohelm.live.floor_model import FloorSolids
 from cohelm.live.messages import Limits, RiderSettings, Role, StopCommand
 from cohelm.live.sessions.audit import AuditEntry
@@ -50,22 +51,6 @@ class SignInResponse(Model):
     role: Role
 
 
-class HealthResponse(Model):
-    """Answer of the server with the condition of the ride; see ``DriveHealth``."""
-
-    status: Literal["ok", "degraded", "failed"]
-    """``degraded``: something cannot be stored; ``failed``: the chair cannot drive any more."""
-    problem: str
-    """Reason of both; empty with ``ok``."""
-    ready: bool
-    ticks: int
-    missed: int
-    longest_streak: int
-    stops: int
-    restarts: int
-    rate: float
-
-
 class DeletedSessions(Model):
     """Number of deleted sessions."""
 
@@ -104,21 +89,9 @@ SessionId = Annotated[str, Path(pattern=r"^[0-9A-Za-z-]{1,60}$")]
 
 
 @router.get("/health")
-async def health(here: Here) -> HealthResponse:
-    """Return the condition of the server and the ride."""
-    found = here.drive.health
-    problem = found.error or found.unstored
-    return HealthResponse(
-        status="failed" if found.error else "degraded" if problem else "ok",
-        problem=problem,
-        rate=found.rate,
-        ready=found.ready,
-        ticks=found.ticks,
-        missed=found.missed,
-        longest_streak=found.longest_streak,
-        stops=found.stops,
-        restarts=found.restarts,
-    )
+async def health(here: Here) -> DriveHealth:
+    """Return the condition of the ride."""
+    return here.drive.health
 
 
 @router.get("/schema")

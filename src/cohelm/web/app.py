@@ -16,11 +16,11 @@ from cohelm.web import api, problems, riders_api
 from cohelm.web.guard import Guard
 from cohelm.web.origins import VIEWER_PATH, Refusal
 from cohelm.web.page_connections import PageConnections
+from cohelm.web.page_files import Asset
 from cohelm.web.server_context import ServerContext, address_of
 from cohelm.web.signin import SignInLocked, WrongToken
 from cohelm.web.viewers import Viewers, token_of
 
-_CACHE_FOR_EVER = "public, max-age=31536000, immutable"
 _SIGN_IN = Refusal(status=401, code="sign_in", text="sign in first")
 
 router = APIRouter()
@@ -65,9 +65,7 @@ async def socket(websocket: WebSocket) -> None:
     address = address_of(websocket)
     refusal = _SIGN_IN if session is None else pages.refusal(address, time.monotonic())
     if session is None or refusal is not None:
-        why = refusal or _SIGN_IN
-        answer = JSONResponse({"code": why.code, "text": why.text}, why.status)
-        await websocket.send_denial_response(answer)
+        await _refuse(websocket, refusal or _SIGN_IN)
         return
     await pages.serve(websocket, session, address)
 
@@ -78,10 +76,14 @@ async def viewer(websocket: WebSocket) -> None:
     server_context: ServerContext = websocket.app.state.server_context
     refusal = _viewer_refusal(websocket, server_context)
     if refusal is not None:
-        answer = JSONResponse({"code": refusal.code, "text": refusal.text}, refusal.status)
-        await websocket.send_denial_response(answer)
+        await _refuse(websocket, refusal)
         return
     await websocket.app.state.viewers.serve(websocket)
+
+
+async def _refuse(websocket: WebSocket, refusal: Refusal) -> None:
+    answer = JSONResponse({"code": refusal.code, "text": refusal.text}, refusal.status)
+    await websocket.send_denial_response(answer)
 
 
 def _viewer_refusal(websocket: WebSocket, server_context: ServerContext) -> Refusal | None:
@@ -101,18 +103,7 @@ def _viewer_refusal(websocket: WebSocket, server_context: ServerContext) -> Refu
 @router.get("/{path:path}", include_in_schema=False)
 async def page(path: str, request: Request) -> Response:
     """Return a file of the built page."""
-    asset = request.app.state.server_context.page.get(path)
+    asset: Asset | None = request.app.state.server_context.page.get(path)
     if asset is None:
         raise HTTPException(404)
-    headers = {
-        "ETag": asset.tag,
-        "Cache-Control": _CACHE_FOR_EVER if asset.lasting else "no-cache",
-        "Vary": "Accept-Encoding",
-    }
-    if asset.tag in request.headers.get("if-none-match", ""):
-        return Response(status_code=304, headers=headers)
-    body = asset.body
-    if asset.zipped is not None and "gzip" in request.headers.get("accept-encoding", ""):
-        headers["Content-Encoding"] = "gzip"
-        body = asset.zipped
-    return Response(body, media_type=asset.kind, headers=headers)
+    return asset.response(request)

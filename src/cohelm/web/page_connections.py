@@ -22,7 +22,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from cohelm.live import Drive
 from cohelm.live.messages import FROM_PAGE, ChairState, FromPage, Heartbeat, Rejected, ToPage
 from cohelm.web.origins import Refusal
-from cohelm.web.rate_limits import MAX_HEARTBEAT_RATE, MAX_MESSAGE_RATE, FaultLimit, RateLimit
+from cohelm.web.rate_limits import (
+    MAX_FAULT_RATE,
+    MAX_FAULTS,
+    MAX_HEARTBEAT_RATE,
+    MAX_MESSAGE_RATE,
+    RateLimit,
+)
 from cohelm.web.signin import Session
 
 MAX_PAGES = 16
@@ -59,11 +65,9 @@ class PageConnection:
         self.client = f"page-{secrets.token_hex(4)}"
         self.session = session
         self._socket = socket
-        self._heartbeats, self._all = (
-            RateLimit(MAX_HEARTBEAT_RATE, now),
-            RateLimit(MAX_MESSAGE_RATE, now),
-        )
-        self._faults = FaultLimit(now)
+        self._heartbeats = RateLimit(MAX_HEARTBEAT_RATE, now)
+        self._all = RateLimit(MAX_MESSAGE_RATE, now)
+        self._faults = RateLimit(MAX_FAULT_RATE, now, MAX_FAULTS)
         self._waiting: deque[str] = deque()
         self._state: str | None = None
         self._wake = asyncio.Event()
@@ -124,7 +128,7 @@ class PageConnection:
         except ValidationError as fault:
             refused = Rejected(code="malformed", text=_first(fault))
         self.queue(refused.model_dump_json())
-        if not self._faults.add(now):
+        if not self._faults.take(now):
             self.end(CloseCode.MALFORMED)
         return None
 

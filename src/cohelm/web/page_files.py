@@ -6,6 +6,9 @@ import gzip
 import hashlib
 from pathlib import Path
 
+from starlette.requests import Request
+from starlette.responses import Response
+
 from cohelm.arrays import value
 from cohelm.errors import ConfigError
 
@@ -23,6 +26,7 @@ _TYPES = {
 }
 """Media types by suffix; other files are not served."""
 _COMPRESSED = frozenset({".png", ".ico"})
+_CACHE_FOR_EVER = "public, max-age=31536000, immutable"
 
 
 @value
@@ -35,6 +39,21 @@ class Asset:
     tag: str
     lasting: bool
     """True if its name changes with its content, so that browsers may cache it for ever."""
+
+    def response(self, request: Request) -> Response:
+        """Return the answer to a request: the file, or that the browser has it already."""
+        headers = {
+            "ETag": self.tag,
+            "Cache-Control": _CACHE_FOR_EVER if self.lasting else "no-cache",
+            "Vary": "Accept-Encoding",
+        }
+        if self.tag in request.headers.get("if-none-match", ""):
+            return Response(status_code=304, headers=headers)
+        body = self.body
+        if self.zipped is not None and "gzip" in request.headers.get("accept-encoding", ""):
+            headers["Content-Encoding"] = "gzip"
+            body = self.zipped
+        return Response(body, media_type=self.kind, headers=headers)
 
 
 BuiltPage = dict[str, Asset]

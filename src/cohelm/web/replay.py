@@ -44,10 +44,7 @@ def replay_app(timeline: Timeline, page: BuiltPage, host: str) -> FastAPI:
         asset = page.get(path or ENTRY)
         if asset is None:
             raise HTTPException(404)
-        if asset.zipped is None or "gzip" not in request.headers.get("accept-encoding", ""):
-            return Response(asset.body, media_type=asset.kind)
-        headers = {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
-        return Response(asset.zipped, media_type=asset.kind, headers=headers)
+        return asset.response(request)
 
     app.add_middleware(Guard, origins=origins_for(host, tls=False, names=names_of(host)))
     return app

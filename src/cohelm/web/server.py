@@ -14,7 +14,6 @@ import signal
 import socket
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from types import FrameType
 
 import uvicorn
 
@@ -196,15 +195,12 @@ class Server(uvicorn.Server):
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = {each: signal.signal(each, self._on_signal) for each in _ENDING}
+        before = {each: signal.signal(each, self.handle_exit) for each in _ENDING}
         try:
             yield
         finally:
             for each, handler in before.items():
                 signal.signal(each, handler)
-
-    def _on_signal(self, number: int, frame: FrameType | None) -> None:
-        self.handle_exit(number, frame)
 
 
 _ENDING = tuple(

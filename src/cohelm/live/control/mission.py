@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -118,13 +119,7 @@ def check_goal(goal: Destination, grid: OccupancyGrid) -> None:
 
 def wish_of(message: RouteWish, number: int) -> ActiveWish:
     """Return the wish of a message, with ``number`` as its id."""
-    return ActiveWish(
-        id=number,
-        kind=message.kind,
-        points=message.points,
-        radius=message.radius,
-        visit=message.visit,
-    )
+    return ActiveWish(id=number, **dict(message))
 
 
 def check_wish(message: RouteWish, floor: FloorInfo) -> None:
@@ -173,7 +168,7 @@ def request_of(
     goal = mission.goal
     return Request(
         goal=np.full(2, np.nan) if goal is None else np.array([goal.x, goal.y]),
-        wishes=tuple(wishes_of(mission.wishes)),
+        wishes=wishes_of(mission.wishes),
         mode=mode,
         profile=limited_profile(profile, mission.pace, limits, rider),
         speed_limit=min(PACES[mission.pace], limits.max_speed) if moves else 0.0,
@@ -183,9 +178,9 @@ def request_of(
     )
 
 
-def wishes_of(active: tuple[ActiveWish, ...]) -> list[Wish]:
+def wishes_of(wishes: Sequence[ActiveWish | RouteWish]) -> tuple[Wish, ...]:
     """Return the wishes as the planner takes them."""
-    return [
+    return tuple(
         Wish(kind=each.kind, points=np.array(each.points), radius=each.radius, visit=each.visit)
-        for each in active
-    ]
+        for each in wishes
+    )

@@ -2,8 +2,6 @@
 
 The decision comes first: an answer is sent before the log and the recorder get the tick, and
 garbage is collected while the control loop does not wait.
-
-Persistent contradictions between map and building as places that a page can show.
 """
 
 from __future__ import annotations
@@ -18,35 +16,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Integers, identical
+from cohelm.arrays import identical
 from cohelm.health import NO_CHANGES, MapChanges
-from cohelm.health.map_changes import centres_of, connected_cells
-from cohelm.live.control.ipc import (
-    ProcessReady,
-    ProcessSetup,
-    RouteView,
-    StepAnswer,
-    StepRequest,
-)
+from cohelm.live.control.ipc import ProcessReady, ProcessSetup, StepAnswer, StepRequest
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.surroundings import free_distances
-from cohelm.live.control.view_model import (
-    groups_of,
-    offers_of,
-    people_of,
-    plan_of,
-    remaining_of,
-    rider_authority_of,
-    route_cause_of,
-    route_error_of,
-    route_view,
-)
-from cohelm.live.messages import MapDifference
+from cohelm.live.control.view_model import map_differences, navigator_state, route_update
+from cohelm.live.messages import MapDifferences, RouteUpdate
 from cohelm.live.sessions.mcap_recording import DriveRecording
 from cohelm.live.sessions.records import RideLog
 from cohelm.live.sessions.ride_log import RideLogWriter
-from cohelm.messages import Mode, Observation, Path, Request, RiderCommand
+from cohelm.messages import Mode, Observation, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
 from cohelm.platforms import MeasuredTruth
 from cohelm.processes import end_with_owner, leave_interrupts
@@ -54,40 +35,6 @@ from cohelm.reasons import Reason
 from cohelm.safety import stop
 from cohelm.scenarios import RideSetup
 from cohelm.simulation import World
-
-MAX_DIFFERENCES = 40
-"""Maximum number of places, the largest ones."""
-MAX_CELLS = 60
-"""Maximum number of cells of one place that are sent."""
-
-
-def map_differences(rows: Integers) -> tuple[MapDifference, ...]:
-    """Return the places of persistent contradictions; cells that touch are one place.
-
-    Args:
-        rows: ``MapChanges.persistent_rows``.
-    """
-    found = [
-        _difference(cells, new=new)
-        for new in (False, True)
-        for cells in connected_cells(rows[rows[:, 2] == int(new), :2])
-    ]
-    found.sort(key=lambda each: (-len(each.cells), each.kind, each.x, each.y))
-    return tuple(found[:MAX_DIFFERENCES])
-
-
-def _difference(cells: Integers, *, new: bool) -> MapDifference:
-    centres = centres_of(cells)
-    # The cell nearest to the mean, which may itself lie beside an L-shaped place.
-    middle = centres[np.argmin(np.hypot(*(centres - centres.mean(axis=0)).T))]
-    rows = centres[:MAX_CELLS].round(3).tolist()
-    return MapDifference(
-        kind="new" if new else "gone",
-        x=round(float(middle[0]), 3),
-        y=round(float(middle[1]), 3),
-        cells=tuple((x, y) for x, y in rows),
-    )
-
 
 _WARM_UP_STEPS = 12
 """Steps of each warm-up case."""
@@ -140,9 +87,8 @@ class NavigatorServer:
         """Newest observation with scans."""
         self._free: tuple[float, ...] = ()
         self._outline = tuple((float(x), float(y)) for x, y in ride_setup.robot.outline)
-        self._path: Path | None = None
-        self._contradictions: Integers | None = None
-        """``MapChanges.persistent_rows`` of the last answer; None: there was none."""
+        self._contradictions = np.empty((0, 3), dtype=np.int64)
+        """``MapChanges.persistent_rows`` of the last answer."""
         self._ride_log = RideLogWriter()
         self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
         self._finished_log: RideLog | None = None
@@ -157,7 +103,8 @@ class NavigatorServer:
             if health is not None:  # the world is new, the building is not
                 remembered = health.changes._replace(time=-math.inf)
                 self._navigator = self._navigator.remembering(remembered)
-        tick = self._navigator.step(step.observation, self._shared(step.request), self._last)
+        last = self._last
+        tick = self._navigator.step(step.observation, self._shared(step.request), last)
         self._last = tick
         if tick.observation.scans or self._sweeps is None or step.restart:
             self._sweeps = tick.observation
@@ -168,17 +115,10 @@ class NavigatorServer:
             mission_version=step.mission_version,
             heartbeat_seq=step.heartbeat_seq,
             decision=tick.decision,
-            rider_authority=rider_authority_of(tick),
             arrived=tick.arrived,
-            remaining=remaining_of(tick),
-            route_error=route_error_of(tick),
-            route=self._route(tick, restart=step.restart),
-            plan=plan_of(tick),
-            people=people_of(tick, self._sweeps),
-            groups=groups_of(tick),
-            offers=offers_of(tick),
-            free=self._free,
-            differences=self._new_differences(tick, restart=step.restart),
+            state=navigator_state(tick, self._sweeps, self._free),
+            route=_new_route(tick, last),
+            differences=self._new_differences(tick, last),
             log=log,
             unstored=self._unstored,
             planning_context=(
@@ -213,7 +153,6 @@ class NavigatorServer:
             mission_version=step.mission_version,
             heartbeat_seq=step.heartbeat_seq,
             decision=stop(Reason.PAUSED),
-            paused=True,
             planning_context=context,
         )
 
@@ -222,24 +161,21 @@ class NavigatorServer:
         last = self._last.request if self._last is not None else None
         return last if last is not None and identical(last, request) else request
 
-    def _route(self, tick: Tick, *, restart: bool) -> RouteView | None:
-        """Return the route if it differs from that of the last answer."""
-        if tick.path is self._path and not restart:
-            return None
-        self._path = tick.path
-        if tick.path is None:
-            return RouteView(points=(), without_wishes=(), length=0.0, extra_length=0.0)
-        return route_view(tick.path, route_cause_of(tick))
-
-    def _new_differences(self, tick: Tick, *, restart: bool) -> tuple[MapDifference, ...] | None:
+    def _new_differences(self, tick: Tick, last: Tick | None) -> MapDifferences | None:
         """Return the differences from the map if they are not those of the last answer."""
         if tick.memory.health is None:
             return None
         before, rows = self._contradictions, tick.memory.health.changes.persistent_rows
         self._contradictions = rows
-        if before is not None and not restart and np.array_equal(before, rows):
-            return None
-        return map_differences(rows)
+        return None if last is not None and np.array_equal(before, rows) else map_differences(rows)
+
+
+def _new_route(tick: Tick, last: Tick | None) -> RouteUpdate | None:
+    """Return the route if it may differ from that of the last tick."""
+    failure = tick.memory.planning_failure
+    if last is None or tick.path is not last.path or failure is not last.memory.planning_failure:
+        return route_update(tick)
+    return None
 
 
 class _WarmUpCase(NamedTuple):

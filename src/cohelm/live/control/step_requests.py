@@ -77,7 +77,7 @@ def step_request(
     """Return the request for one step.
 
     Args:
-        step_id: ``ControlCycle.ticks`` of the step.
+        step_id: ``CycleState.ticks`` of the step.
         world: Source of the observation.
         driver: Link and mission.
         settings: Limits and rider's settings.

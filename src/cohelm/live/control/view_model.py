@@ -1,4 +1,4 @@
-"""Values for the page computed from a tick: plain tuples, rounded to the millimetre."""
+"""Messages for the page computed from a tick: plain tuples, rounded to the millimetre."""
 
 from __future__ import annotations
 
@@ -6,11 +6,19 @@ import math
 
 import numpy as np
 
-from cohelm.arrays import Floats
-from cohelm.live.control.ipc import OfferRow, PersonRow, Points, Poses, RouteView
+from cohelm.arrays import Floats, Integers
+from cohelm.health.map_changes import CELL, centres_of, connected_cells
 from cohelm.live.control.surroundings import in_view
-from cohelm.live.messages import RouteCause
-from cohelm.messages import Mode, Observation, Path, SocialSpaces
+from cohelm.live.messages import (
+    MapDifference,
+    MapDifferences,
+    NavigatorState,
+    OfferInfo,
+    PersonInfo,
+    Pose,
+    RouteUpdate,
+)
+from cohelm.messages import Mode, Observation, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
 
@@ -18,10 +26,91 @@ SHOWN_HORIZON = 2.0
 """Part of the plan that is shown, s."""
 SHOWN_SPACING = 0.1
 """Approximate distance between the points of a route that is shown, m."""
+MAX_DIFFERENCES = 40
+"""Maximum number of places that differ from the map, the largest ones."""
+MAX_CELLS = 60
+"""Maximum number of cells of one place that are sent."""
+Points = tuple[tuple[float, float], ...]
+"""Points of a line in the map frame, m."""
 
 
-def rider_authority_of(tick: Tick) -> float:
-    """Return the rider's share of control: 1 if they steer alone, 0 if the chair does."""
+def navigator_state(tick: Tick, sweeps: Observation, free: tuple[float, ...]) -> NavigatorState:
+    """Return what pages show of a tick.
+
+    Args:
+        tick: Tick of the navigator.
+        sweeps: Newest observation with scans.
+        free: Free distances by the same, m.
+    """
+    route = tick.memory.route
+    remaining = None
+    if route is not None and tick.path is not None:
+        remaining = round(max(route.path.length - route.progress, 0.0), 2)
+    offers = () if tick.destinations is None else tick.destinations.offers
+    # Not validated again: the control loop waits for it.
+    return NavigatorState.model_construct(
+        rider_authority=_rider_authority(tick),
+        remaining=remaining,
+        plan=_plan(tick),
+        people=_people(tick, sweeps),
+        groups=_groups(tick),
+        offers=tuple(
+            OfferInfo(
+                name=each.name, slot=each.slot, highlighted=each.highlighted, why=each.sentence
+            )
+            for each in offers
+        ),
+        free=free,
+    )
+
+
+def route_update(tick: Tick) -> RouteUpdate:
+    """Return the route of a tick, empty without one; its version and wishes are set by the owner.
+
+    The error is the rider's sentence for a failed plan.
+    """
+    path, route, failure = tick.path, tick.memory.route, tick.memory.planning_failure
+    error = failure.reason.sentence if failure is not None else ""
+    if path is None:
+        return RouteUpdate(version=0, error=error)
+    return RouteUpdate(
+        version=0,
+        points=shown_line(path.points),
+        without_wishes=shown_line(path.without_wishes),
+        length=round(path.length, 2),
+        extra_length=round(path.wishes.extra_length, 2),
+        error=error,
+        cause="first" if route is None else route.reason.value,
+    )
+
+
+def map_differences(rows: Integers) -> MapDifferences:
+    """Return the places of persistent contradictions; cells that touch are one place.
+
+    Args:
+        rows: ``MapChanges.persistent_rows``.
+    """
+    found = [
+        _difference(cells, new=new)
+        for new in (False, True)
+        for cells in connected_cells(rows[rows[:, 2] == int(new), :2])
+    ]
+    found.sort(key=lambda each: (-len(each.cells), each.kind, each.x, each.y))
+    return MapDifferences(cell=CELL, found=tuple(found[:MAX_DIFFERENCES]))
+
+
+def shown_line(line: Floats) -> Points:
+    """Return the points of a line (k, 2) that a drawing needs, including both ends, m."""
+    if len(line) >= 3:
+        step = float(np.hypot(*np.diff(line, axis=0).T).mean())
+        every = max(int(SHOWN_SPACING / max(step, 1e-6)), 1)
+        kept = line[::every]
+        line = kept if len(line) % every == 1 or every == 1 else np.vstack([kept, line[-1]])
+    return _points(line)
+
+
+def _rider_authority(tick: Tick) -> float:
+    """Rider's share of control: 1 if they steer alone, 0 if the chair does."""
     if tick.request.mode.rider_drives:
         return 1.0
     if tick.request.mode is Mode.AUTONOMOUS or tick.authority is None:
@@ -29,22 +118,8 @@ def rider_authority_of(tick: Tick) -> float:
     return round(tick.authority.eta, 3)
 
 
-def remaining_of(tick: Tick) -> float | None:
-    """Return the distance along the route, m; None without a route."""
-    route = tick.memory.route
-    if route is None or tick.path is None:
-        return None
-    return round(max(route.path.length - route.progress, 0.0), 2)
-
-
-def route_error_of(tick: Tick) -> str:
-    """Return the rider's sentence for a failed plan; empty if there is none."""
-    failure = tick.memory.planning_failure
-    return failure.reason.sentence if failure is not None else ""
-
-
-def plan_of(tick: Tick) -> Poses:
-    """Return poses of the next two seconds: the planner's, else those that the stick leads to."""
+def _plan(tick: Tick) -> tuple[Pose, ...]:
+    """Poses of the next two seconds: the planner's, else those that the stick leads to."""
     if tick.plan is not None:
         poses, step = tick.plan.poses, tick.plan.step
     elif tick.authority is not None and tick.request.speed_limit > 0.0:
@@ -58,13 +133,8 @@ def plan_of(tick: Tick) -> Poses:
     return tuple((round(x, 3), round(y, 3), round(h, 3)) for x, y, h in shown.tolist())
 
 
-def people_of(tick: Tick, sweeps: Observation) -> tuple[PersonRow, ...]:
-    """Return ``StepAnswer.people``; a person without a space yet has that of their body.
-
-    Args:
-        tick: Tick of the navigator.
-        sweeps: Newest observation with scans.
-    """
+def _people(tick: Tick, sweeps: Observation) -> tuple[PersonInfo, ...]:
+    """Tracked people; a person without a space yet has that of their body."""
     tracked, spaces = tick.people, tick.spaces
     n = len(tracked)
     shape = np.zeros((n, 4))
@@ -76,52 +146,21 @@ def people_of(tick: Tick, sweeps: Observation) -> tuple[PersonRow, ...]:
     if tick.groups is not None and len(tick.groups.member) == n and len(tick.groups.id):
         member = tick.groups.member
         group = np.where(member >= 0, tick.groups.id[np.maximum(member, 0)], -1)
-    seen = np.array(in_view(sweeps, tracked.mean[:, :2]), dtype=np.float64)
-    columns = [tracked.id, tracked.mean, tracked.radius, shape, group, seen]
-    rows = np.column_stack(columns).round(3)
-    return tuple(PersonRow(*row) for row in rows.tolist() if all(map(math.isfinite, row)))
-
-
-def groups_of(tick: Tick) -> tuple[Points, ...]:
-    """Return the current outlines of the groups' spaces, m."""
-    spaces = tick.spaces
-    if spaces is None or spaces.groups is None:
-        return ()
-    hulls = spaces.groups
-    lines = (hull_outline(hulls.direction, hulls.support[k, 0]) for k in range(len(hulls.id)))
-    return tuple(points_of(line) for line in lines if np.isfinite(line).all())
-
-
-def offers_of(tick: Tick) -> tuple[OfferRow, ...]:
-    """Return the destinations to offer; none while the rider has one."""
-    if tick.destinations is None:
-        return ()
+    seen = in_view(sweeps, tracked.mean[:, :2])
+    rows = np.column_stack([tracked.mean, tracked.radius, shape]).round(3)
     return tuple(
-        OfferRow(name=each.name, slot=each.slot, highlighted=each.highlighted, why=each.sentence)
-        for each in tick.destinations.offers
+        PersonInfo(
+            id=int(tracked.id[k]),
+            **dict(zip(_COLUMNS, rows[k].tolist(), strict=True)),
+            group=int(group[k]),
+            seen=seen[k],
+        )
+        for k in np.flatnonzero(np.isfinite(rows).all(axis=1))
     )
 
 
-def route_cause_of(tick: Tick) -> RouteCause:
-    """Return the cause of planning the current route."""
-    route = tick.memory.route
-    return route.reason.value if route is not None else "first"
-
-
-def route_view(path: Path, cause: RouteCause = "first") -> RouteView:
-    """Return a route as the page draws it."""
-    return RouteView(
-        points=points_of(_thinned(path.points)),
-        without_wishes=points_of(_thinned(path.without_wishes)),
-        length=round(path.length, 2),
-        extra_length=round(path.wishes.extra_length, 2),
-        cause=cause,
-    )
-
-
-def points_of(line: Floats) -> Points:
-    """Return a line (k, 2), m, as tuples."""
-    return tuple((round(x, 3), round(y, 3)) for x, y in line.tolist())
+_COLUMNS = ("x", "y", "vx", "vy", "radius", "axis", "front", "side", "rear")
+"""Fields of ``PersonInfo``, in m, m/s and rad."""
 
 
 def _extents(spaces: SocialSpaces, k: int) -> Floats:
@@ -131,11 +170,28 @@ def _extents(spaces: SocialSpaces, k: int) -> Floats:
     return np.array([spaces.axis[k, 0, 0], ahead, aside, behind])
 
 
-def _thinned(line: Floats) -> Floats:
-    """Reduce a line to the points that a drawing needs, including both ends."""
-    if len(line) < 3:
-        return line
-    step = float(np.hypot(*np.diff(line, axis=0).T).mean())
-    every = max(int(SHOWN_SPACING / max(step, 1e-6)), 1)
-    kept = line[::every]
-    return kept if len(line) % every == 1 or every == 1 else np.vstack([kept, line[-1]])
+def _groups(tick: Tick) -> tuple[Points, ...]:
+    """Current outlines of the groups' spaces, m."""
+    spaces = tick.spaces
+    if spaces is None or spaces.groups is None:
+        return ()
+    hulls = spaces.groups
+    lines = (hull_outline(hulls.direction, hulls.support[k, 0]) for k in range(len(hulls.id)))
+    return tuple(_points(line) for line in lines if np.isfinite(line).all())
+
+
+def _difference(cells: Integers, *, new: bool) -> MapDifference:
+    centres = centres_of(cells)
+    # The cell nearest to the mean, which may itself lie beside an L-shaped place.
+    middle = centres[np.argmin(np.hypot(*(centres - centres.mean(axis=0)).T))]
+    return MapDifference(
+        kind="new" if new else "gone",
+        x=round(float(middle[0]), 3),
+        y=round(float(middle[1]), 3),
+        cells=_points(centres[:MAX_CELLS]),
+    )
+
+
+def _points(line: Floats) -> Points:
+    """Line (k, 2), m, as tuples."""
+    return tuple((round(x, 3), round(y, 3)) for x, y in line.tolist())

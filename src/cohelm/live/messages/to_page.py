@@ -100,7 +100,26 @@ class OfferInfo(WireMessage):
     """Why it is believed, in the rider's words."""
 
 
-class ChairState(WireMessage):
+class NavigatorState(WireMessage):
+    """Part of the state that the navigator's process computes."""
+
+    rider_authority: float
+    """Rider's share η of the control authority, 0…1."""
+    remaining: float | None = None
+    """Distance along the route, m."""
+    plan: tuple[Pose, ...] = ()
+    """Poses of the next two seconds."""
+    people: tuple[PersonInfo, ...] = ()
+    groups: tuple[tuple[tuple[float, float], ...], ...] = ()
+    """Outlines of standing and walking groups, m."""
+    offers: tuple[OfferInfo, ...] = ()
+    """Destinations that the rider may want, at most three; empty with a destination."""
+    free: tuple[float, ...] = ()
+    """Free distance from the chair's outline in 36 directions, from ahead counter-clockwise, m;
+    −1: no scanner looks there. Empty without a planar scanner."""
+
+
+class ChairState(NavigatorState):
     """State of chair, link and route; sent 20 times a second."""
 
     type: Literal["state"] = "state"
@@ -121,8 +140,6 @@ class ChairState(WireMessage):
     link: LinkStatus = "no_driver"
     mode: Mode
     pace: Pace
-    rider_authority: float
-    """Rider's share η of the control authority, 0…1."""
     reason: ReasonText | None = None
     """Reason why the chair stands or is slower than requested; None: nothing holds it."""
     not_ready: ReasonText | None = None
@@ -132,24 +149,12 @@ class ChairState(WireMessage):
     arrived: bool = False
     paused: bool = False
     goal: Destination | None = None
-    remaining: float | None = None
-    """Distance along the route, m."""
     route_version: int = 0
     """``RouteUpdate.version`` of the route in use."""
     ride: str = ""
     """Id of the current ride; empty: none."""
-    plan: tuple[Pose, ...] = ()
-    """Poses of the next two seconds."""
-    people: tuple[PersonInfo, ...] = ()
-    groups: tuple[tuple[tuple[float, float], ...], ...] = ()
-    """Outlines of standing and walking groups, m."""
-    offers: tuple[OfferInfo, ...] = ()
-    """Destinations that the rider may want, at most three; empty with a destination."""
     true_people: tuple[tuple[float, float, float], ...] = ()
     """Ground truth of all people, (x, y, radius), m; in simulation only."""
-    free: tuple[float, ...] = ()
-    """Free distance from the chair's outline in 36 directions, from ahead counter-clockwise, m;
-    −1: no scanner looks there. Empty without a planar scanner."""
     closed_doors: tuple[int, ...] = ()
     """Ids of closed doors."""
     lateness: float = 0.0

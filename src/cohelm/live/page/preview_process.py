@@ -20,8 +20,8 @@ from cohelm.geometry import nearest_on_polyline, resample
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
-from cohelm.live.control.view_model import route_view
-from cohelm.live.messages import RouteDifference, RouteFigures, TripRoute
+from cohelm.live.control.view_model import shown_line
+from cohelm.live.messages import RouteDifference, RouteFigures, TripPlans, TripRoute
 from cohelm.live.sessions.route_choices import learned_preference
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import planning_reason
@@ -61,23 +61,8 @@ class TripRequest:
     wishes: tuple[Wish, ...]
     rider: str = ""
     """Id of the rider, whose choices decide the order."""
-    planning_context: bytes
-    """Pickled :class:`PlanningContext`."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TripAnswer:
-    """Routes of a request; fields as in ``TripPlans``."""
-
-    id: int
-    client: str
-    routes: tuple[TripRoute, ...] = ()
-    extra_length: float = 0.0
-    closest: tuple[float, ...] = ()
-    through: tuple[float, ...] = ()
-    learned: bool = False
-    complete: bool = True
-    error: str = ""
+    planning_context: bytes = b""
+    """Pickled :class:`PlanningContext`; empty: not known yet."""
 
 
 def serve_previews(pipe: Connection, setup: ProcessSetup) -> None:
@@ -136,7 +121,7 @@ def warm_up(ride_setup: RideSetup) -> None:
 
 def trip_answers(
     request: TripRequest, ride_setup: RideSetup, weights: FeatureVector | None = None
-) -> Iterator[TripAnswer]:
+) -> Iterator[TripPlans]:
     """Plan the routes to a destination: the planner's own, and then once more with alternatives.
 
     Their order is the rider's, once it is learned, and then all come at once; before, the planner's
@@ -159,11 +144,11 @@ def trip_answers(
         own = planner.plan(problem)
         if weights is None:
             found = find_alternatives(problem, planner, 1, criteria, first=own)
-            yield replace(_trip_answer(request, found, [None], None), complete=False)
+            yield _trip_plans(request, found, [None], None).model_copy(update={"complete": False})
         found = find_alternatives(problem, planner, MAX_ROUTES, criteria, first=own)
     except PlanningError as error:
         text = planning_reason(error).sentence
-        yield TripAnswer(id=request.id, client=request.client, error=text)
+        yield TripPlans(id=request.id, error=text)
         return
     prepared = prepare(problem, parameters_of(planner))
     shown, vias = [found[0]], list[tuple[float, float] | None]([None])
@@ -175,20 +160,19 @@ def trip_answers(
             continue
         shown.append(replace(each, path=path, features=route_features(prepared, path, measuring)))
         vias.append(via)
-    yield _trip_answer(request, shown, vias, weights)
+    yield _trip_plans(request, shown, vias, weights)
 
 
-def _trip_answer(
+def _trip_plans(
     request: TripRequest,
     shown: Sequence[Alternative],
     vias: Sequence[tuple[float, float] | None],
     weights: FeatureVector | None,
-) -> TripAnswer:
+) -> TripPlans:
     """Answer with routes, of which the first is the planner's own."""
     own, order = shown[0].path, preferred_order(shown, weights)
-    return TripAnswer(
+    return TripPlans(
         id=request.id,
-        client=request.client,
         routes=tuple(_trip_route(shown[k], shown[order[0]], vias[k], weights) for k in order),
         learned=weights is not None,
         extra_length=round(own.wishes.extra_length, 2),
@@ -227,7 +211,7 @@ def _trip_route(
 ) -> TripRoute:
     path = route.path
     return TripRoute(
-        points=route_view(path).points,
+        points=shown_line(path.points),
         length=round(path.length, 2),
         duration=round(route.features.time, 1),
         differences=tuple(

@@ -4,23 +4,13 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from typing import NamedTuple
+from dataclasses import replace
 
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup
-from cohelm.live.control.mission import wish_of, wishes_of
+from cohelm.live.control.mission import wishes_of
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
-from cohelm.live.messages import (
-    Destination,
-    PlanTrip,
-    Rejected,
-    Send,
-    TripPlans,
-)
-from cohelm.live.page.preview_process import (
-    TripAnswer,
-    TripRequest,
-    serve_previews,
-)
+from cohelm.live.messages import Destination, PlanTrip, Rejected, Send, TripPlans
+from cohelm.live.page.preview_process import TripRequest, serve_previews
 
 MAX_QUEUED_PREVIEWS = 8
 """Maximum number of waiting requests; then the oldest is rejected."""
@@ -35,20 +25,6 @@ Then no more are started and all requests are rejected.
 _NICENESS = 5
 """Niceness added to that of the server and the navigator: a third of their share of a busy
 processor."""
-
-
-class TripQuestion(NamedTuple):
-    """Question for the routes of a trip, with its destination."""
-
-    message: PlanTrip
-    goal: Destination
-    rider: str
-    """Id of the rider, whose choices decide the order."""
-
-    @property
-    def id(self) -> int:
-        """Number of the request."""
-        return self.message.id
 
 
 class RoutePreview:
@@ -67,7 +43,7 @@ class RoutePreview:
         """Number of lost processes since the last answer."""
         self._pending: TripRequest | None = None
         self._requested_at = 0.0
-        self._waiting: deque[tuple[str, TripQuestion]] = deque()
+        self._waiting: deque[TripRequest] = deque()
 
     @property
     def needs_context(self) -> bool:
@@ -84,25 +60,37 @@ class RoutePreview:
         """True if the process is ready, or has failed once: the chair does not wait longer."""
         return self._ready or self._lost > 0
 
-    def request(self, client: str, question: TripQuestion) -> None:
-        """Request the routes of a trip; replaces the page's older request."""
+    def request(self, client: str, trip: PlanTrip, goal: Destination, rider: str) -> None:
+        """Request the routes of a trip; the answer comes later. Replaces the page's older request.
+
+        Args:
+            client: Page that gets the answer.
+            trip: Message of the page.
+            goal: Its destination.
+            rider: Id of the rider, whose choices decide the order.
+        """
+        request = TripRequest(
+            id=trip.id,
+            client=client,
+            goal=(goal.x, goal.y),
+            rider=rider,
+            wishes=wishes_of(trip.wishes),
+        )
         if self._lost >= MAX_LOST:
-            self._reject(client, question.id)
+            self._reject(request)
             return
-        others = [each for each in self._waiting if each[0] != client]
-        for replaced in [each for each in self._waiting if each[0] == client]:
-            self._reject(replaced[0], replaced[1].id)
-        self._waiting = deque([*others, (client, question)])
+        for replaced in [each for each in self._waiting if each.client == client]:
+            self._reject(replaced)
+        others = [each for each in self._waiting if each.client != client]
+        self._waiting = deque([*others, request])
         if len(self._waiting) > MAX_QUEUED_PREVIEWS:
-            oldest, dropped = self._waiting.popleft()
-            self._reject(oldest, dropped.id)
+            self._reject(self._waiting.popleft())
 
     def set_planning_context(self, context: bytes) -> None:
         """Send the next request with a pickled context; empty: the navigator has none yet."""
         if not self._waiting or self._process is None or not context:
             return
-        client, question = self._waiting.popleft()
-        self._pending = _request_of(client, question, context)
+        self._pending = replace(self._waiting.popleft(), planning_context=context)
         self._requested_at = time.monotonic()
         try:
             self._process.send(self._pending)
@@ -131,20 +119,10 @@ class RoutePreview:
             return
         if isinstance(message, ProcessReady):
             self._ready = True
-        if isinstance(message, TripAnswer):
+        if isinstance(message, TripPlans) and self._pending is not None:
             self._lost, self._requested_at = 0, time.monotonic()
+            self._send(message, self._pending.client)
             self._pending = None if message.complete else self._pending
-            plans = TripPlans(
-                id=message.id,
-                routes=message.routes,
-                extra_length=message.extra_length,
-                closest=message.closest,
-                through=message.through,
-                learned=message.learned,
-                complete=message.complete,
-                error=message.error,
-            )
-            self._send(plans, message.client)
 
     def close(self) -> None:
         """End the process."""
@@ -160,24 +138,12 @@ class RoutePreview:
         self._lost += 1
         pending, self._pending = self._pending, None
         if pending is not None:
-            self._reject(pending.client, pending.id)
+            self._reject(pending)
         if self._lost >= MAX_LOST:
-            for client, wish in self._waiting:
-                self._reject(client, wish.id)
+            for request in self._waiting:
+                self._reject(request)
             self._waiting.clear()
 
-    def _reject(self, client: str, request_id: int) -> None:
+    def _reject(self, request: TripRequest) -> None:
         text = "The route could not be computed."
-        self._send(Rejected(id=request_id, code="preview_failed", text=text), client)
-
-
-def _request_of(client: str, question: TripQuestion, context: bytes) -> TripRequest:
-    message, goal, rider = question
-    return TripRequest(
-        id=message.id,
-        client=client,
-        goal=(goal.x, goal.y),
-        rider=rider,
-        wishes=tuple(wishes_of(tuple(wish_of(each, 0) for each in message.wishes))),
-        planning_context=context,
-    )
+        self._send(Rejected(id=request.id, code="preview_failed", text=text), request.client)

@@ -1,4 +1,4 @@
-"""Commands of pages put into effect: driver, destination, wishes, mode and pace.
+"""Commands of pages put into effect: driver, trip, mode, pace, changes of the simulated world.
 
 All of it runs in the control thread, between two steps. A message with an ``id`` is a request and
 gets one answer: ``Accepted``, ``Rejected``, or later ``TripPlans``. Other messages are answered
@@ -9,25 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from cohelm.errors import CohelmError
 from cohelm.live.control import driver_link
 from cohelm.live.control.driver_link import RequiredAction
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
-from cohelm.live.control.mission import (
-    check_goal,
-    check_wish,
-    choice_of,
-    goal_of,
-    wish_of,
-)
+from cohelm.live.control.mission import check_goal, check_wish, choice_of, goal_of, wish_of
+from cohelm.live.control.world_factory import NotSimulated
+from cohelm.live.control_loop import ControlLoop, NotPossibleNow
+from cohelm.live.floor_model import FloorModel
 from cohelm.live.messages import (
     Accepted,
     ChangeSimulation,
-    Destination,
-    FloorInfo,
     FromPage,
     Heartbeat,
     Notice,
@@ -44,25 +41,9 @@ from cohelm.live.messages import (
     StopCommand,
     TakeControl,
 )
+from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
-from cohelm.maps import OccupancyGrid, Places
 from cohelm.reasons import Reason
-
-
-class CommandEffects(Protocol):
-    """Commands that need the control loop; a CohelmError rejects one."""
-
-    def change_simulation(self, command: ChangeSimulation) -> None:
-        """Change the simulated world."""
-        ...
-
-    def plan_trip(self, client: str, trip: PlanTrip, goal: Destination) -> None:
-        """Request the routes to a destination; the answer comes later."""
-        ...
-
-    def rate(self, ride: str, rating: int) -> None:
-        """Store the rating of a ride."""
-        ...
 
 
 class NotDriver(CohelmError):
@@ -88,11 +69,10 @@ class CommandHandler:
 
     Args:
         driver: State to change.
-        places: Named places.
-        floor: Bounds of wishes.
+        floor: Named places, and the map, which tells where a chair can stand.
         settings: Limits and rider's settings.
-        effects: Commands that need the control loop.
-        grid: Map, which tells where a chair can stand.
+        loop: Control loop, whose world pages may change.
+        services: Its helpers.
         send: Sends answers and notices.
         log_event: Adds entries to the audit log.
     """
@@ -100,18 +80,17 @@ class CommandHandler:
     def __init__(
         self,
         driver: DriverState,
-        places: Places,
-        floor: FloorInfo,
+        floor: FloorModel,
         settings: ActiveSettings,
-        effects: CommandEffects,
+        loop: ControlLoop,
+        services: Services,
         *,
-        grid: OccupancyGrid,
         send: Send,
         log_event: LogEvent,
     ) -> None:
-        self._driver, self._places, self._floor = driver, places, floor
-        self._settings, self._effects = settings, effects
-        self._send, self._log_event, self._grid = send, log_event, grid
+        self._driver, self._floor, self._settings = driver, floor, settings
+        self._loop, self._services = loop, services
+        self._send, self._log_event = send, log_event
         self._wish_count = 0
         self._therapists: set[str] = set()
 
@@ -204,11 +183,11 @@ class CommandHandler:
 
     def _set_goal(self, client: str, message: SetGoal, _: float) -> bool:
         self._check_driver(client)
-        goal = goal_of(message.place, message.point, self._places)
+        goal = goal_of(message.place, message.point, self._floor.places)
         if goal is not None:
-            check_goal(goal, self._grid)
+            check_goal(goal, self._floor.grid)
         for wish in message.wishes:
-            check_wish(wish, self._floor)
+            check_wish(wish, self._floor.scene.floor)
         mission = self._driver.mission
         if goal is None:
             self._driver.mission = mission.with_goal(None)
@@ -221,13 +200,13 @@ class CommandHandler:
         return True
 
     def _plan_trip(self, client: str, message: PlanTrip, _: float) -> bool:
-        goal = goal_of(message.place, message.point, self._places)
+        goal = goal_of(message.place, message.point, self._floor.places)
         if goal is None:
             raise NoDestination("Choose a destination first.")
-        check_goal(goal, self._grid)
+        check_goal(goal, self._floor.grid)
         for wish in message.wishes:
-            check_wish(wish, self._floor)
-        self._effects.plan_trip(client, message, goal)
+            check_wish(wish, self._floor.scene.floor)
+        self._services.route_preview.request(client, message, goal, self._settings.person)
         return False
 
     def _next_wish(self) -> int:
@@ -247,12 +226,23 @@ class CommandHandler:
         return True
 
     def _rate_ride(self, _: str, message: RateRide, __: float) -> bool:
-        self._effects.rate(message.ride, message.rating)
+        self._services.rides.rate(message.ride, message.rating)
         return True
 
     def _change_simulation(self, client: str, message: ChangeSimulation, _: float) -> bool:
         self._check_driver(client)
-        self._effects.change_simulation(message)
+        cycle = self._loop.cycle
+        world, route = cycle.world, cycle.state.view.route
+        if world is not None and not world.simulated:
+            raise NotSimulated("Only a simulation can do that.")
+        if message.action == "restart":
+            self._loop.restart_world(message.seed)
+        elif world is None:
+            raise NotPossibleNow(Reason.STARTING.sentence)
+        elif message.action == "pause":
+            cycle.pause(on=message.on)
+        else:
+            world.change(message, np.array(route.points).reshape(-1, 2))
         self._log_event(client, "simulation_changed", action=message.action)
         return True
 
