@@ -241,12 +241,10 @@ def test_mentioned_commands_and_their_options_exist(document, commands):
             word = words.pop(0)
             is_bench = command.name == "bench"  # whose commands are made when they are called
             command = command_of(word, *BENCHES[word]) if is_bench else command.commands[word]
-        if words and words[0].endswith(
-            ".py"
-        ):  # a study of the reader's own, which is prepared above
+        if words and words[0].endswith(".py"):  # a reader's study, prepared above
             continue
         assert command.name != "cohelm", line
-        known = {option for p in command.params for option in p.opts}
+        known = {option for p in command.params for option in p.opts} | {"--help"}
         assert {word.partition("=")[0] for word in words if word.startswith("--")} <= known, line
 
 

@@ -31,7 +31,9 @@ class Variant:
 
     columns: Columns = ()
     settings: tuple[str, ...] = ()
-    """``dotted.key=value``."""
+    """``dotted.key=value``, for which it is called what it is called."""
+    defaults: tuple[str, ...] = ()
+    """Settings that those of all variants and of all rides override."""
     scenario: str = ""
     """Name or file; empty: that of another axis."""
     drawn: Callable[[int], tuple[str, ...]] | None = None
@@ -107,24 +109,26 @@ def _as_line(content: Any) -> str:
     return yaml.safe_dump(content, default_flow_style=True, width=math.inf).splitlines()[0]
 
 
-def ride_of(choices: Iterable[Variant], seed: int) -> RideTask:
-    """Ride with one choice of each axis; settings of later axes override earlier ones."""
-    chosen = [each.at(seed) for each in choices]
+def ride_of(variants: Iterable[Variant], seed: int) -> RideTask:
+    """Ride with one variant of each axis; settings of later axes override earlier ones."""
+    chosen = [each.at(seed) for each in variants]
     return RideTask(
         columns=tuple(itertools.chain.from_iterable(each.columns for each in chosen)),
         scenario="".join(each.scenario for each in chosen),
-        settings=tuple(itertools.chain.from_iterable(each.settings for each in chosen)),
+        settings=tuple(
+            itertools.chain(*(v.defaults for v in chosen), *(v.settings for v in chosen))
+        ),
         seed=seed,
     )
 
 
-def scenario_of(choices: Iterable[Variant], seed: int, more: tuple[str, ...] = ()) -> Scenario:
+def scenario_of(variants: Iterable[Variant], seed: int, more: tuple[str, ...] = ()) -> Scenario:
     """Load the scenario of one ride.
 
     Raises:
         ScenarioError, PluginError: see :func:`~cohelm.scenarios.scenario.load_scenario`.
     """
-    return ride_of(choices, seed).load(more)
+    return ride_of(variants, seed).load(more)
 
 
 @dataclass(frozen=True)

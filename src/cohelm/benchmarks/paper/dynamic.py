@@ -27,7 +27,6 @@ from cohelm.benchmarks.bench import (
     Result,
     Sheet,
     chosen_names,
-    key_of,
     unset,
 )
 from cohelm.benchmarks.claims import (
@@ -48,7 +47,7 @@ from cohelm.benchmarks.ride_claims import (
 )
 from cohelm.benchmarks.rides.cases import DYNAMIC, TRUE_PEOPLE, contender_of, rivals, scenes_of
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish
-from cohelm.benchmarks.study import Grid, Study, axis, common
+from cohelm.benchmarks.study import Grid, Study, Variant, common
 from cohelm.benchmarks.tables import groups_of
 from cohelm.config import read_yaml
 from cohelm.evaluation.report import PaperTable
@@ -282,22 +281,20 @@ def create(planners: Planners = None, settings: Settings = ()) -> Study:
     fixed = {"profile.preferred_speed": "the pace of each table", "tracker": "the rows"}
     unset(settings, {**LOCAL_PLANNERS, **fixed})
     everyone, ours = preset()
-    speed = "profile.preferred_speed"
-    paces = {
-        SLOW: tuple(each for each in everyone if key_of(each) == speed),
-        f"{NAMED:g} m/s": (f"{speed}={NAMED}",),
-    }
-    others = [each for each in everyone if key_of(each) != speed]
+    named = (f"profile.preferred_speed={NAMED}",)
+    paces = tuple(
+        Variant((("pace", pace),), settings, defaults=everyone)
+        for pace, settings in ((SLOW, ()), (f"{NAMED:g} m/s", named))
+    )
     compared = []
     for name in chosen_names(planners, "--planners", rivals()):
         own = ours if name == OURS else tuned_settings(name)
-        compared.append(contender_of(name, settings=(TRUE_PEOPLE, *own)))
+        compared.append(contender_of(name, settings=(TRUE_PEOPLE,), defaults=own))
         if name == OURS:
-            compared.append(contender_of(SENSED, OURS, ours))
+            compared.append(contender_of(SENSED, OURS, defaults=ours))
     plan = Grid(
         (
-            common(others),
-            axis("pace", paces),
+            paces,
             scenes_of(DYNAMIC),
             tuple(compared),
             common(settings),

@@ -156,7 +156,7 @@ def variants(*, tuned: bool = False) -> Axis:
     """Axis of ``VARIANTS``; ``tuned``: with the parameters of the common search."""
     best = tuned_settings(OURS) if tuned else ()
     return tuple(
-        contender_of(name, OURS, (*best, *variant.settings))
+        contender_of(name, OURS, variant.settings, best)
         for name, variant in VARIANTS.items()
         if not _is_default(variant)
     )

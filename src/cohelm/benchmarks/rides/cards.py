@@ -81,7 +81,7 @@ def create(
     unset([*settings, *(each for v in variants for each in v.settings)], LOCAL_PLANNERS)
     known = (TRUE_PEOPLE,) if true_people else ()
     ridden = tuple(
-        Variant(((CARD, Path(card).stem),), known, card)
+        Variant(((CARD, Path(card).stem),), known, scenario=card)
         for card in split_names(cards, "--cards") or known_cards()
     )
     compared = planners_of(chosen_names(planners, "--planners", installed()), tuned=tuned)

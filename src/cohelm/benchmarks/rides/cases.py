@@ -30,17 +30,22 @@ _TURNER_START, _TURNER_END = (7.5, 13.0), (7.5, 5.8)
 """As in ``distracted.yaml``, m/s and m."""
 
 
-def contender_of(name: str, planner: str = "", settings: Iterable[str] = ()) -> Variant:
+def contender_of(
+    name: str, planner: str = "", settings: Iterable[str] = (), defaults: Iterable[str] = ()
+) -> Variant:
     """Local planner under a name, by default its own, with settings of planner and scenario."""
     planner = planner or name
-    use = f"local_planner.use={planner}"
-    return Variant((("planner", name),), (use, *OWN_SETTINGS.get(planner, ()), *settings))
+    return Variant(
+        columns=(("planner", name),),
+        settings=(f"local_planner.use={planner}", *settings),
+        defaults=(*OWN_SETTINGS.get(planner, ()), *defaults),
+    )
 
 
 def planners_of(names: Iterable[str], *, tuned: bool = False) -> Axis:
     """Axis of local planners; ``tuned``: with the parameters of one search for all."""
     return tuple(
-        contender_of(name, settings=tuned_settings(name) if tuned else ()) for name in names
+        contender_of(name, defaults=tuned_settings(name) if tuned else ()) for name in names
     )
 
 

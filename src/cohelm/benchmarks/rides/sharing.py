@@ -51,7 +51,11 @@ def create(
     unset(settings, COMPARED)
     found = chosen_names(families, "--families", FAMILIES, kind="family", known=FAMILIES)
     scenes = tuple(
-        Variant((("family", name), ("scene", scene)), (), scene, partial(beside_start, scene))
+        Variant(
+            columns=(("family", name), ("scene", scene)),
+            scenario=scene,
+            drawn=partial(beside_start, scene),
+        )
         for name in found
         for scene in FAMILIES[name].scenes
     )
