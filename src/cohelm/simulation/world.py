@@ -22,12 +22,11 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, replace, value
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation

@@ -11,12 +11,10 @@ needs no memory: the lack of progress shows in the velocity that ORCA allows.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.simulation.api import Crowd, CrowdScene
 from cohelm.simulation.crowds.motion import (

@@ -15,14 +15,13 @@ social groups and its impact on crowd dynamics", PLoS ONE 5 (2010). Both after H
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
 from cohelm.array_kernels import stable_order
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.kernels import CACHED
 from cohelm.simulation.api import Crowd, CrowdScene
