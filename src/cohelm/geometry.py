@@ -51,6 +51,19 @@ def inverse(X_AB: ArrayLike) -> Floats:
     return np.stack([-cos * x - sin * y, sin * x - cos * y, wrap_angle(-a[..., 2])], axis=-1)
 
 
+def between(X_AB: ArrayLike, X_AC: ArrayLike) -> Floats:
+    """Return X_BC of two poses (3,) in one frame: ``compose(inverse(X_AB), X_AC)``, but faster."""
+    x, y, heading = np.asarray(X_AB, dtype=float).tolist()
+    ahead, left, turn = np.asarray(X_AC, dtype=float).tolist()
+    # Frame A in B, then C in it, with the rounding of the two functions.
+    cos, sin = float(np.cos(heading)), float(np.sin(heading))
+    x, y = -cos * x - sin * y, sin * x - cos * y
+    heading = -((heading + math.pi) % (2.0 * math.pi) - math.pi)
+    cos, sin = float(np.cos(heading)), float(np.sin(heading))
+    turned = -((-(heading + turn) + math.pi) % (2.0 * math.pi) - math.pi)
+    return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left, turned])
+
+
 def transform(X_AB: ArrayLike, p_B: ArrayLike) -> Floats:
     """Transform points (..., 2) from frame B to frame A."""
     a, p = np.asarray(X_AB, dtype=float), np.asarray(p_B, dtype=float)
@@ -75,8 +88,11 @@ def transform(X_AB: ArrayLike, p_B: ArrayLike) -> Floats:
 
 def arc_length(points: Floats) -> Floats:
     """Distance along a polyline (n, 2) at each of its points, (n,), starting at 0."""
-    steps = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.empty(0)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    along = np.zeros(max(len(points), 1))
+    if len(points) > 1:
+        steps = points[1:] - points[:-1]
+        np.add.accumulate(np.hypot(steps[:, 0], steps[:, 1]), out=along[1:])
+    return along
 
 
 def resample(points: Floats, spacing: float) -> Floats:

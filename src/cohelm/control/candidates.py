@@ -6,6 +6,7 @@ wants to pass, leaving the committed homotopy class, replacing the last plan.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -205,7 +206,7 @@ class PlanningCycle:
 
 
 def _is_standing(inputs: Floats) -> bool:
-    return float(np.linalg.norm(inputs)) < STANDING
+    return math.sqrt(inputs @ inputs) < STANDING
 
 
 def cheapest_of_different_classes(candidates: list[Candidate], count: int) -> list[Candidate]:

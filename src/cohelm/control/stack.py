@@ -33,6 +33,7 @@ from cohelm.control.terms.extra import extra_table
 _SPACES_FROM = 0.3
 """Probability from which the space of a less likely hypothesis counts. Its body never does: a
 person who may turn towards the robot gets space, but is not yet an obstacle."""
+_NO_TRACKING = TrackReference()
 _NORMS = {1: 1, 2: 2, "inf": 0}
 
 
@@ -55,7 +56,7 @@ class Terms(Model):
     @property
     def tracking(self) -> TrackReference:
         """No tracking: the path counts, and not the time at which a pose is reached."""
-        return TrackReference()
+        return _NO_TRACKING
 
     def objective(
         self,

@@ -235,7 +235,7 @@ def _longest_run(mask: Booleans) -> int:
         return len(closed)
     start = int(np.argmin(closed))
     best = run = 0
-    for each in np.roll(closed, -start):
+    for each in np.roll(closed, -start).tolist():
         run = run + 1 if each else 0
         best = max(best, run)
     return best

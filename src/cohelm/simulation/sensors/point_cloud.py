@@ -365,7 +365,7 @@ def _cast(
         scene.ceiling,
         highest,
         origin,
-        np.ascontiguousarray((towards[:, :2] / level[:, None]).reshape(*shape, 2)[:, 0]),
+        towards.reshape(*shape, 3)[:, 0, :2] / level.reshape(shape)[:, :1],
         (towards[:, 2] / level).reshape(shape),
         (mount.range_max * level).reshape(shape),
         np.column_stack([bodies.position, bodies.radius]),
