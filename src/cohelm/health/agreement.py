@@ -59,7 +59,7 @@ def update_motion(
     if now - last[0] > _COARSE_GAP:
         return MotionHistory(row, observation.twist, memory.jumped)
     keep = memory.rows[:, 0] >= now - p.long_window - 1e-9
-    rows = np.vstack([memory.rows[keep], row])
+    rows = np.concatenate([memory.rows[keep], row])
     return MotionHistory(rows, observation.twist, memory.jumped)
 
 

@@ -374,7 +374,7 @@ def monitor(
     standing = memory.standing
     if people is not None:
         standing = standing_people(standing, people, observation.time)
-        changes = without_people(changes, np.vstack([people[:, :2], standing[:, :2]]))
+        changes = without_people(changes, np.concatenate([people[:, :2], standing[:, :2]]))
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)
