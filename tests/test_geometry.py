@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from cohelm.geometry import (
     arc_length,
+    between,
     compose,
     distance_to_polygon,
     inside_polygon,
@@ -42,6 +43,11 @@ def test_half_a_turn_is_plus_pi():
 def test_a_pose_and_its_inverse_cancel(X_AB):
     assert near(compose(X_AB, inverse(X_AB)), np.zeros(3))
     assert near(compose(inverse(X_AB), X_AB), np.zeros(3))
+
+
+@given(poses(), poses())
+def test_a_pose_seen_from_another_is_the_composition_to_the_bit(X_AB, X_AC):
+    assert between(X_AB, X_AC).tobytes() == compose(inverse(X_AB), X_AC).tobytes()
 
 
 @given(poses(), poses(), poses())

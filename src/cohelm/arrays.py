@@ -21,6 +21,7 @@ import dataclasses
 import functools
 import math
 import mmap
+import operator
 import os
 import typing
 import weakref
@@ -77,29 +78,28 @@ def value(cls: type[_T]) -> type[_T]:
 
 
 def unchecked(of: _T, **changes: Any) -> _T:
-    """Copy a value with changed fields, as ``dataclasses.replace``, but without checks.
+    """Copy a value with changed fields, as :func:`replace`, but without checks.
 
     For inner loops: the caller guarantees types and shapes. Arrays become read-only, and are not
     copied.
     """
-    copy = object.__new__(type(of))
-    for name in type(of).__slots__:  # type: ignore[attr-defined]  # every value has them
-        object.__setattr__(copy, name, changes[name] if name in changes else getattr(of, name))
+    cls: Any = type(of)
+    copy: _T = object.__new__(cls)
+    for name, content_of in _contents(cls):
+        content = changes[name] if name in changes else content_of(of)
+        object.__setattr__(copy, name, content)
     for content in changes.values():
-        if isinstance(content, np.ndarray):
+        if type(content) is np.ndarray:
             content.flags.writeable = False
     return copy
 
 
 def replace(of: _T, **changes: Any) -> _T:
-    """Copy a value with changed fields, and check it: ``dataclasses.replace`` in half its time."""
-    copy = object.__new__(type(of))
-    for name in type(of).__slots__:  # type: ignore[attr-defined]  # every value has them
-        object.__setattr__(copy, name, changes.pop(name) if name in changes else getattr(of, name))
-    if changes:
-        raise TypeError(f"{type(of).__name__} has no field {', '.join(changes)}")
-    _check(copy)
-    return copy
+    """Copy a value, or a dataclass, with changed fields: a fast ``dataclasses.replace``."""
+    cls: Any = type(of)
+    fields = {name: content_of(of) for name, content_of in _contents(cls)}
+    made: _T = cls(**{**fields, **changes})
+    return made
 
 
 def sealed(table: _Table) -> _Table:
@@ -204,12 +204,14 @@ class _Pages(mmap.mmap):
 class _Field:
     """Declaration of one array field: its element type and axes."""
 
-    __slots__ = ("axes", "dtype", "leading", "lengths", "name", "optional")
+    __slots__ = ("axes", "content_of", "dtype", "leading", "lengths", "name", "optional")
 
-    def __init__(self, name: str, dtype: type[np.generic], axes: str, *, optional: bool) -> None:
+    def __init__(self, name: str, hint: Any, *, optional: bool) -> None:
+        array_type, shape = get_args(hint)[:2]
         self.name = name
-        self.dtype = np.dtype(dtype)
-        self.axes = tuple(axes.split())
+        self.content_of = operator.attrgetter(name)
+        self.dtype = np.dtype(get_args(get_args(array_type)[1])[0])
+        self.axes = tuple(shape.axes.split())
         self.optional = optional
         self.leading = self.axes[:1] == ("...",)
         self.lengths = tuple(_length(axis) for axis in self.axes[self.leading :])
@@ -224,29 +226,25 @@ def _length(axis: str) -> tuple[int, str]:
 
 
 def _check(self: Any) -> None:
-    """Check and seal all arrays of a value; fast, because a tick makes some fifty values."""
-    cls = type(self)
-    fields = _KNOWN.get(cls)
-    if fields is None:
-        fields = _fields(cls)
-    if not fields:
-        return
-    shapes: list[tuple[int, ...] | None] = []
-    for field in fields:
-        array = getattr(self, field.name)
+    """Check and seal all arrays of a value; few calls, because a tick makes some seventy values."""
+    cls: Any = type(self)
+    shapes: tuple[tuple[int, ...] | None, ...] = ()
+    for field in _fields(cls):
+        given = array = field.content_of(self)
         if array is None and field.optional:
-            shapes.append(None)
+            shapes += (None,)
             continue
         if type(array) is not np.ndarray or array.dtype is not field.dtype:
             array = np.asarray(array, dtype=field.dtype)
-            object.__setattr__(self, field.name, array)
         flags = array.flags
         if flags.writeable or not flags.c_contiguous:
             array = array.copy()
             array.flags.writeable = False
+        if array is not given:
             object.__setattr__(self, field.name, array)
-        shapes.append(array.shape)
-    _agree(cls, tuple(shapes))  # type: ignore[arg-type]  # taken for an instance, which may not hash
+        shapes += (array.shape,)
+    if shapes:
+        _agree(cls, shapes)
 
 
 @functools.lru_cache(maxsize=4096)
@@ -279,24 +277,26 @@ def _fits(shape: tuple[int, ...], field: _Field, lengths: dict[str, int]) -> boo
     return True
 
 
+@functools.cache
+def _contents(cls: type) -> tuple[tuple[str, Any], ...]:
+    """Name of every field of a value, and the function that returns its content."""
+    return tuple((each.name, operator.attrgetter(each.name)) for each in dataclasses.fields(cls))
+
+
+@functools.cache
 def _fields(cls: type) -> tuple[_Field, ...]:
-    known = _KNOWN.get(cls)
-    if known is not None:
-        return known
     found = []
     for name, hint in typing.get_type_hints(cls, include_extras=True).items():
         if get_origin(hint) is ClassVar:
             continue
         options = get_args(hint) if type(None) in get_args(hint) else (hint,)
-        for option in options:
-            if get_origin(option) is Annotated:
-                array_type, shape = get_args(option)[:2]
-                dtype = get_args(get_args(array_type)[1])[0]
-                found.append(_Field(name, dtype, shape.axes, optional=len(options) > 1))
-    return _KNOWN.setdefault(cls, tuple(found))
+        found += [
+            _Field(name, option, optional=len(options) > 1)
+            for option in options
+            if get_origin(option) is Annotated
+        ]
+    return tuple(found)
 
 
 _LARGE = 1 << 22
 """Size above which mapping memory is cheaper than copying it, bytes."""
-
-_KNOWN: dict[type, tuple[_Field, ...]] = {}

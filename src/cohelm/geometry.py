@@ -21,16 +21,20 @@ from cohelm.kernels import CACHED
 def wrap_angle(angle: Any) -> Any:
     """Wrap ``angle`` to (−π, π], elementwise."""
     if isinstance(angle, float):
-        return _wrapped(angle)
+        return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
     return -((-np.asarray(angle) + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def compose(X_AB: ArrayLike, X_BC: ArrayLike) -> Floats:
     """Return X_AC; shapes (..., 3) and (..., 3) are broadcast, and the heading is wrapped."""
     a, b = np.asarray(X_AB, dtype=float), np.asarray(X_BC, dtype=float)
-    xy = transform(a, b[..., :2])
     if a.ndim == b.ndim == 1:
-        return np.array([*xy.tolist(), _wrapped(float(a[2]) + float(b[2]))])
+        x, y, heading = a.tolist()
+        ahead, left, turn = b.tolist()
+        cos, sin = float(np.cos(heading)), float(np.sin(heading))
+        turned = -((-(heading + turn) + math.pi) % (2.0 * math.pi) - math.pi)
+        return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left, turned])
+    xy = transform(a, b[..., :2])
     return np.concatenate([xy, wrap_angle(a[..., 2] + b[..., 2])[..., None]], axis=-1)
 
 
@@ -38,62 +42,57 @@ def inverse(X_AB: ArrayLike) -> Floats:
     """Return X_BA, shape (..., 3)."""
     a = np.asarray(X_AB, dtype=float)
     if a.ndim == 1:
-        x, y, cos, sin = _placed(a)
-        turned = _wrapped(-float(a[2]))
+        x, y, heading = a.tolist()
+        cos, sin = float(np.cos(heading)), float(np.sin(heading))
+        turned = -((heading + math.pi) % (2.0 * math.pi) - math.pi)
         return np.array([-cos * x - sin * y, sin * x - cos * y, turned])
-    return _inverses(a)
-
-
-def _inverses(a: Floats) -> Floats:
-    """:func:`inverse` of many frames (..., 3)."""
     cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
     x, y = a[..., 0], a[..., 1]
     return np.stack([-cos * x - sin * y, sin * x - cos * y, wrap_angle(-a[..., 2])], axis=-1)
+
+
+def between(X_AB: ArrayLike, X_AC: ArrayLike) -> Floats:
+    """Return X_BC of two poses (3,) in one frame: ``compose(inverse(X_AB), X_AC)``, but faster."""
+    x, y, heading = np.asarray(X_AB, dtype=float).tolist()
+    ahead, left, turn = np.asarray(X_AC, dtype=float).tolist()
+    # Frame A in B, then C in it, with the rounding of the two functions.
+    cos, sin = float(np.cos(heading)), float(np.sin(heading))
+    x, y = -cos * x - sin * y, sin * x - cos * y
+    heading = -((heading + math.pi) % (2.0 * math.pi) - math.pi)
+    cos, sin = float(np.cos(heading)), float(np.sin(heading))
+    turned = -((-(heading + turn) + math.pi) % (2.0 * math.pi) - math.pi)
+    return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left, turned])
 
 
 def transform(X_AB: ArrayLike, p_B: ArrayLike) -> Floats:
     """Transform points (..., 2) from frame B to frame A."""
     a, p = np.asarray(X_AB, dtype=float), np.asarray(p_B, dtype=float)
     if a.ndim == 1:
-        return _transformed(*_placed(a), p)
-    cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
-    x = a[..., 0] + cos * p[..., 0] - sin * p[..., 1]
+        # Plain floats are faster than arrays of one element. Their cosine is NumPy's, as that of
+        # many poses, so that both give the same bits.
+        x, y, heading = a[:3].tolist()
+        cos, sin = float(np.cos(heading)), float(np.sin(heading))
+        if p.ndim == 1:
+            ahead, left = p[:2].tolist()
+            return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left])
+    else:
+        x, y = a[..., 0], a[..., 1]
+        cos, sin = np.cos(a[..., 2]), np.sin(a[..., 2])
+    x = x + cos * p[..., 0] - sin * p[..., 1]
     # np.stack takes several times as long for a few points.
     out = np.empty((*x.shape, 2))
     out[..., 0] = x
-    out[..., 1] = a[..., 1] + sin * p[..., 0] + cos * p[..., 1]
-    return out
-
-
-def _placed(pose: Floats) -> tuple[float, float, float, float]:
-    """Return (x, y, cos θ, sin θ) of one pose; plain floats are faster than arrays of one element.
-
-    The cosine is NumPy's as for many poses, so that both give the same bits.
-    """
-    x, y, heading = pose[:3].tolist()
-    return x, y, float(np.cos(heading)), float(np.sin(heading))
-
-
-def _transformed(x: float, y: float, cos: float, sin: float, p: Floats) -> Floats:
-    """:func:`transform` from one frame."""
-    if p.ndim == 1:
-        ahead, left = p[:2].tolist()
-        return np.array([x + cos * ahead - sin * left, y + sin * ahead + cos * left])
-    out = np.empty((*p.shape[:-1], 2))
-    out[..., 0] = x + cos * p[..., 0] - sin * p[..., 1]
     out[..., 1] = y + sin * p[..., 0] + cos * p[..., 1]
     return out
 
 
-def _wrapped(angle: float) -> float:
-    """:func:`wrap_angle` of one angle, several times as fast."""
-    return -((-angle + math.pi) % (2.0 * math.pi) - math.pi)
-
-
 def arc_length(points: Floats) -> Floats:
     """Distance along a polyline (n, 2) at each of its points, (n,), starting at 0."""
-    steps = np.hypot(*np.diff(points, axis=0).T) if len(points) > 1 else np.empty(0)
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    along = np.zeros(max(len(points), 1))
+    if len(points) > 1:
+        steps = points[1:] - points[:-1]
+        np.add.accumulate(np.hypot(steps[:, 0], steps[:, 1]), out=along[1:])
+    return along
 
 
 def resample(points: Floats, spacing: float) -> Floats:

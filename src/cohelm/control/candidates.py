@@ -6,6 +6,7 @@ wants to pass, leaving the committed homotopy class, replacing the last plan.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -180,24 +181,22 @@ class PlanningCycle:
         wrong = (sides[:, 1:] == -preferred).sum(axis=1) if preferred else np.zeros(len(sides))
         switches = class_changes(sides, self.problem.people, self.memory) > 0
         replaces = np.array([origin != PREVIOUS for origin in origins])
-        added = np.stack(
-            [
-                choice.passing_side * wrong,
-                choice.switching * switches,
-                choice.replacing * replaces,
-            ],
-            axis=-1,
-        )
+        added = np.empty((len(sides), 3))
+        added[:, 0] = choice.passing_side * wrong
+        added[:, 1] = choice.switching * switches
+        added[:, 2] = choice.replacing * replaces
         by_term = np.concatenate([trajectories.by_term, added], axis=1)
+        costs, slacks = trajectories.cost.tolist(), trajectories.slack.tolist()
+        scores = (trajectories.cost + added.sum(axis=1)).tolist()
         return [
             Candidate(
                 origin=origin,
                 inputs=trajectories.inputs[k],
                 poses=trajectories.poses[k],
-                score=float(trajectories.cost[k] + added[k].sum()),
-                cost=float(trajectories.cost[k]),
+                score=scores[k],
+                cost=costs[k],
                 by_term=by_term[k],
-                slack=float(trajectories.slack[k]),
+                slack=slacks[k],
                 passing_sides=sides[k],
             )
             for k, origin in enumerate(origins)
@@ -205,7 +204,7 @@ class PlanningCycle:
 
 
 def _is_standing(inputs: Floats) -> bool:
-    return float(np.linalg.norm(inputs)) < STANDING
+    return math.sqrt(inputs @ inputs) < STANDING
 
 
 def cheapest_of_different_classes(candidates: list[Candidate], count: int) -> list[Candidate]:

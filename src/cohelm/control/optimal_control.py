@@ -170,11 +170,7 @@ class PreparedControl:
         if stride == 1:
             return self.scene, self.objective
         scene = coarser(self.scene, stride)
-        control = self.control
-        objective = control.terms.coarser(
-            self.objective, scene, self.problem, control.extra_terms, stride=stride
-        )
-        return scene, objective
+        return scene, self.control.terms.coarser(self.objective, scene, stride)
 
     def solve(
         self, inputs: Floats, *, iterations: int, tolerance: float = 1e-2

@@ -133,7 +133,7 @@ def _faded(
 
 def remembered(memory: PlannerMemory, people: People, values: AnyArray) -> AnyArray:
     """Remembered values of the present people, by identity; 0 for those who are new."""
-    if memory.person_id is people.id or np.array_equal(memory.person_id, people.id):
+    if memory.person_id.tobytes() == people.id.tobytes():
         return values
     out = np.zeros(len(people), dtype=values.dtype)
     if len(memory.person_id) and len(people):

@@ -7,7 +7,6 @@ results of the SQP, and gentle stops. Its barriers are soft, and their price is 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from types import MappingProxyType
 from typing import Any
@@ -15,6 +14,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from cohelm.arrays import replace
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.candidates import (
@@ -200,7 +200,7 @@ class SsMpcDcbf:
         if chosen.origin in {STOPPING, BRAKING}:
             return self._stop(cycle, chosen, iterations)
         plan = self._as_plan(cycle, chosen, iterations, resampled=resampled)
-        return dataclasses.replace(plan, disagreement=disagreement(cycle, chosen))
+        return replace(plan, disagreement=disagreement(cycle, chosen))
 
     def _improve(self, cycle: PlanningCycle, seeds: list[Candidate]) -> tuple[list[Candidate], int]:
         """Return (the seeds after the SQP, number of quadratic programs)."""
@@ -293,7 +293,7 @@ class SsMpcDcbf:
         if cycle.memory is not None:
             people, before = cycle.problem.people, cycle.memory
             committed = int(cycle.problem.time - before.time <= EXPIRED)
-            memory = dataclasses.replace(
+            memory = replace(
                 memory,
                 time=before.time,
                 path_side=committed * before.path_side,
@@ -302,7 +302,7 @@ class SsMpcDcbf:
             )
         # a chair that rolls on has slowed down, and not stopped
         stands = cycle.stands
-        return dataclasses.replace(
+        return replace(
             plan,
             status=Status.STOP,
             reason=Reason.NO_SAFE_PLAN,

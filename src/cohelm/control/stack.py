@@ -33,6 +33,7 @@ from cohelm.control.terms.extra import extra_table
 _SPACES_FROM = 0.3
 """Probability from which the space of a less likely hypothesis counts. Its body never does: a
 person who may turn towards the robot gets space, but is not yet an obstacle."""
+_NO_TRACKING = TrackReference()
 _NORMS = {1: 1, 2: 2, "inf": 0}
 
 
@@ -55,7 +56,7 @@ class Terms(Model):
     @property
     def tracking(self) -> TrackReference:
         """No tracking: the path counts, and not the time at which a pose is reached."""
-        return TrackReference()
+        return _NO_TRACKING
 
     def objective(
         self,
@@ -75,33 +76,25 @@ class Terms(Model):
         """
         kind = _NORMS[norm]
         return Objective(
-            **self._terms(scene, problem, extra_terms),
+            **self._terms(scene),
             bodies=self.bodies.table(scene, norm=kind),
             social=self.social_space.table(scene, min_probability=_SPACES_FROM),
             walls=self.walls.table(),
+            extra=extra_table(extra_terms, problem, scene),
             start=start_values(scene, kind),
             widest=self._widest(scene.people),
         )
 
-    def coarser(
-        self,
-        objective: Objective,
-        scene: Scene,
-        problem: LocalProblem,
-        extra_terms: Sequence[ExtraTerm] = (),
-        *,
-        stride: int,
-    ) -> Objective:
+    def coarser(self, objective: Objective, scene: Scene, stride: int) -> Objective:
         """The objective for a scene with ``stride`` steps in one; people are where they are."""
         return objective._replace(
-            **self._terms(scene, problem, extra_terms),
+            **self._terms(scene),
             bodies=self.bodies.coarser(objective.bodies, stride),
             social=self.social_space.coarser(objective.social, stride),
+            extra=objective.extra._replace(step=scene.step),
         )
 
-    def _terms(
-        self, scene: Scene, problem: LocalProblem, extra_terms: Sequence[ExtraTerm]
-    ) -> dict[str, Any]:
+    def _terms(self, scene: Scene) -> dict[str, Any]:
         """The tables that depend on the steps of the scene, by their name in ``Objective``."""
         return {
             "progress": self.progress.table(scene),
@@ -114,7 +107,6 @@ class Terms(Model):
             "space": self.personal_space.table(scene),
             "group": self.group_space.table(scene),
             "wall": self.wall_clearance.table(scene),
-            "extra": extra_table(extra_terms, problem, scene),
         }
 
     def _widest(self, people: PeopleTable) -> float:

@@ -100,7 +100,7 @@ def shifted_plan(
     elapsed = problem.time - previous.time
     if not 0.0 <= elapsed <= _STALE:
         return None
-    inputs = previous.inputs if tail is None else np.vstack([previous.inputs, tail])
+    inputs = previous.inputs if tail is None else np.concatenate([previous.inputs, tail])
     return limited_trajectory(problem, _shifted(inputs, previous.step, elapsed), current_input)
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import compose, inverse, wrap_angle
+from cohelm.geometry import between, wrap_angle
 from cohelm.health.parameters import HealthParameters
 from cohelm.messages import Observation
 from cohelm.robots import move
@@ -53,14 +53,14 @@ def update_motion(
     # Mean speeds: where a slow computer sees few observations, the newest speed alone is wrong by
     # as much as a fault of the odometry.
     odometry = move(last[4:], 0.5 * (memory.twist + observation.twist), now - last[0])
-    step = difference(compose(inverse(last[1:4]), pose), compose(inverse(last[4:]), odometry))
+    step = difference(between(last[1:4], pose), between(last[4:], odometry))
     if step[0] > JUMP[0] or step[1] > JUMP[1]:
         return MotionHistory(np.array([[now, *pose, *pose]]), observation.twist, now)
     row = np.array([[now, *pose, *odometry]])
     if now - last[0] > _COARSE_GAP:
         return MotionHistory(row, observation.twist, memory.jumped)
     keep = memory.rows[:, 0] >= now - p.long_window - 1e-9
-    rows = np.vstack([memory.rows[keep], row])
+    rows = np.concatenate([memory.rows[keep], row])
     return MotionHistory(rows, observation.twist, memory.jumped)
 
 
@@ -71,8 +71,8 @@ def disagreement(history: MotionHistory, p: HealthParameters) -> float:
     for window, allowed in windows:
         i = int(np.searchsorted(history.rows[:, 0], now[0] - window - 1e-9))
         then = history.rows[min(i, len(history.rows) - 1)]
-        by_pose = compose(inverse(then[1:4]), now[1:4])
-        by_wheels = compose(inverse(then[4:]), now[4:])
+        by_pose = between(then[1:4], now[1:4])
+        by_wheels = between(then[4:], now[4:])
         worst = max(worst, ratio(by_pose, by_wheels, allowed, p.turn_difference))
     return worst
 

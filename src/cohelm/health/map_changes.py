@@ -62,7 +62,7 @@ class MapChanges(NamedTuple):
         new = rows[:, 2] == 1
         large = [each for each in connected_cells(rows[new, :2]) if _extent(each) >= _PERSON]
         kept = [np.column_stack([each, np.ones(len(each), dtype=np.int64)]) for each in large]
-        return np.vstack([rows[~new], *kept]) if new.any() else rows
+        return np.concatenate([rows[~new], *kept]) if new.any() else rows
 
 
 def connected_cells(cells: Integers) -> list[Integers]:
@@ -117,10 +117,10 @@ def update_map_changes(
     hit, new = fit.beams == HIT, fit.beams == SHORT
     gone = (fit.beams == THROUGH) | (hit & _beyond(fit, beams))
     agreeing = _votes(walls[hit & ~gone], 0)
-    contradicting = np.vstack([_votes(walls[gone], 0), _votes(ends[new], 1)])
+    contradicting = np.concatenate([_votes(walls[gone], 0), _votes(ends[new], 1)])
     # A beam that goes on beyond a place takes back an obstacle there.
     freed = _freed(before, X_MS, beams, gone | hit)
-    rows = np.vstack([before.cells, contradicting, agreeing, freed])
+    rows = np.concatenate([before.cells, contradicting, agreeing, freed])
     votes = np.concatenate(
         [
             before.balance,
@@ -150,7 +150,7 @@ def standing_people(before: Floats, people: Floats, time: float) -> Floats:
         np.hypot(*(before[:, None, :2] - stands).T) if len(stands) else np.empty((0, len(before)))
     )
     gone = (apart < CELL).any(axis=0) | (before[:, 2] < time - _RECENT) | (before[:, 2] > time)
-    return np.vstack([before[~gone], now])
+    return np.concatenate([before[~gone], now])
 
 
 def without_people(changes: MapChanges, people: Floats) -> MapChanges:

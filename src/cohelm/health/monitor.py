@@ -22,13 +22,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, replace
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
 from cohelm.health.evidence import (
     NO_EVIDENCE,
@@ -233,7 +233,7 @@ def _longest_run(mask: Booleans) -> int:
         return len(closed)
     start = int(np.argmin(closed))
     best = run = 0
-    for each in np.roll(closed, -start):
+    for each in np.roll(closed, -start).tolist():
         run = run + 1 if each else 0
         best = max(best, run)
     return best
@@ -372,7 +372,7 @@ def monitor(
     standing = memory.standing
     if people is not None:
         standing = standing_people(standing, people, observation.time)
-        changes = without_people(changes, np.vstack([people[:, :2], standing[:, :2]]))
+        changes = without_people(changes, np.concatenate([people[:, :2], standing[:, :2]]))
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)

@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
-from cohelm.geometry import compose, inverse, transform
+from cohelm.geometry import between, compose, inverse, transform
 from cohelm.health.agreement import ratio
 from cohelm.health.map_fit import BeamTable, MapFit, SolidMap, fit_map
 from cohelm.health.parameters import HealthParameters
@@ -390,8 +390,8 @@ def _compare(
     age = now.time - earlier.time
     if memory is None or age <= 0.0 or len(earlier.ranges) != len(now.ranges) or age > 2 * _MAX_AGE:
         return SweepAgreement(), False
-    by_wheels = compose(inverse(earlier.odometry), now.odometry)
-    by_pose = compose(inverse(earlier.pose), now.pose)
+    by_wheels = between(earlier.odometry, now.odometry)
+    by_pose = between(earlier.pose, now.pose)
     far = max(math.hypot(each[0], each[1]) for each in (by_wheels, by_pose))
     turn = max(abs(by_wheels[2]), abs(by_pose[2]))
     keep = age < _MAX_AGE and far < _MAX_SHIFT[0] and turn < _MAX_SHIFT[1]
@@ -413,7 +413,7 @@ def _compare(
 
 def _motion(earlier: EarlierSweep, now: EarlierSweep, scan: Scan, motion: Floats) -> ScanMotion:
     """Motion between two sweeps near a motion (3,) of the robot."""
-    guess = compose(inverse(scan.mount), compose(motion, scan.mount))
+    guess = between(scan.mount, compose(motion, scan.mount))
     first, step = scan.angle_min, scan.angle_increment
     return scan_motion(Sweep(earlier.ranges, first, step), Sweep(now.ranges, first, step), guess)
 

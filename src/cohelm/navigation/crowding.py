@@ -9,14 +9,13 @@ a lower bound.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Floats32, Shape, read_only, value
+from cohelm.arrays import Annotated, Floats, Floats32, Shape, read_only, replace, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
 from cohelm.kernels import CACHED

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.geometry import arc_length, inverse, resample, transform
 from cohelm.maps import DistanceField
 from cohelm.messages import Path
@@ -90,7 +88,7 @@ def _offset(path: Path, progress: float, position: Floats) -> float:
 
 
 def _with_points(path: Path, points: Floats) -> Path:
-    return dataclasses.replace(
+    return replace(
         path,
         points=points,
         length=float(arc_length(points)[-1]),

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.maps import DistanceField
 from cohelm.messages import Decision, Mode, Reason
 from cohelm.navigation.command import Command
@@ -37,21 +35,21 @@ def decide(
     """
     if step.request.mode in {Mode.ASSISTED, Mode.SHARED}:
         mode = Mode.ASSISTED if by_rider else Mode.SHARED
-        step = dataclasses.replace(step, request=dataclasses.replace(step.request, mode=mode))
+        step = replace(step, request=replace(step.request, mode=mode))
     if command.twist is None:
         return stop(command.reason or Reason.PLANNING)
     decision = gated(command.twist, step, world, world.walls)
     if command.urgent:
-        decision = dataclasses.replace(decision, twist=np.zeros(3), emergency=True)
+        decision = replace(decision, twist=np.zeros(3), emergency=True)
     if decision.reason is Reason.BLOCKED and without_keepout is not None:
         setup, position = step.setup, step.observation.pose[:2]
         physical = local_walls(
             setup.grid, without_keepout, world.live, world.openings.opened, position, setup.window
         )
         if gated(command.twist, step, world, physical).reason is not Reason.BLOCKED:
-            return dataclasses.replace(decision, reason=Reason.KEEPOUT)
+            return replace(decision, reason=Reason.KEEPOUT)
     if decision.reason is None and command.reason is not None:
-        return dataclasses.replace(decision, reason=command.reason)
+        return replace(decision, reason=command.reason)
     return decision
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.messages import Authority, LocalPlan, Mode
 from cohelm.navigation.command import Command
 from cohelm.navigation.final_decision import gated
@@ -41,8 +40,8 @@ def helped_motion(
     last: Tick | None,
 ) -> Motion:
     """Motion of a rider who is helped with steering, also one to whom the chair yields."""
-    request = dataclasses.replace(step.request, mode=Mode.ASSISTED)
-    step = dataclasses.replace(step, request=request)
+    request = replace(step.request, mode=Mode.ASSISTED)
+    step = replace(step, request=request)
     plan, command = steer(
         step,
         world,
@@ -52,8 +51,8 @@ def helped_motion(
         lambda twist: gated(twist, step, world, world.walls),
     )
     if authority.yields and plan is None and command.twist is not None:
-        command = dataclasses.replace(command, twist=_reachable(step, command.twist))
-    course = dataclasses.replace(course, shared=intent.reference)
+        command = replace(command, twist=_reachable(step, command.twist))
+    course = replace(course, shared=intent.reference)
     return Motion(plan, command, course, by_rider=plan is None)
 
 

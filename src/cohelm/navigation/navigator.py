@@ -7,12 +7,11 @@ module of their own: the rider's destinations, and the rider's authority in one 
 from __future__ import annotations
 
 import copy
-import dataclasses
 
 import numpy as np
 
 from cohelm import sharing
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.control import LocalProblem
 from cohelm.control.trajectories import gentle_stop
 from cohelm.errors import ControlError
@@ -122,7 +121,7 @@ def with_belief_help(
     if deflection is authority.deflection:
         return authority
     twist = stick_twist(deflection, setup.robot, setup.speed_limit(step.request))
-    return dataclasses.replace(authority, deflection=deflection, twist=twist)
+    return replace(authority, deflection=deflection, twist=twist)
 
 
 def _way(inference: DestinationInference, pose: Floats, place: int) -> float:
@@ -157,7 +156,7 @@ def limited_authority(step: StepInput, authority: Authority, recovery: RecoveryA
         # A chair at rest must not set off against a stick that is pulled back.
         if authority.deflection[0] <= -parameters.stop_deflection:
             return authority
-        return dataclasses.replace(authority, eta=0.0)
+        return replace(authority, eta=0.0)
     if authority.yields:
         return authority
     return sharing.limit_authority(authority, route.path.length - route.progress, parameters)
@@ -267,14 +266,14 @@ class Navigator:
         health, health_state = monitor(
             observation, request, setup.robot, self.beams, before, setup.health, people=people
         )
-        memory = dataclasses.replace(memory, health=health_state)
+        memory = replace(memory, health=health_state)
         if health.stop is not None:
             memory, watched = keep_watching(setup, self.walls, observation, health, memory)
             return stopped_by_health(
                 observation, request, health, gate_state, memory, last, people=watched
             )
         limit = min(request.speed_limit, health.speed_limit)
-        limited = dataclasses.replace(request, speed_limit=limit)
+        limited = replace(request, speed_limit=limit)
         placed = registered(observation, health_state, setup.robot, setup.health)
         step = self._step_input(placed, _with_mode(limited), memory, last)
         return CheckedInput(step, gate_state, health, health_state)
@@ -332,7 +331,7 @@ class Navigator:
             return motion._replace(steering=steering)
         if mode is Mode.SHARED:
             intent, steering = intent_of(step, world, authority)
-            course = dataclasses.replace(course, rider_inputs=rider_inputs(authority, intent))
+            course = replace(course, rider_inputs=rider_inputs(authority, intent))
         plan, command = self._plan(
             step, world, authority, course, recovery=recovery, last=last, arrived=arrived
         )
@@ -431,5 +430,5 @@ class Navigator:
 def _with_mode(request: Request) -> Request:
     """Shared control without a destination is help with steering."""
     if request.mode is Mode.SHARED and np.isnan(request.goal).any():
-        return dataclasses.replace(request, mode=Mode.ASSISTED)
+        return replace(request, mode=Mode.ASSISTED)
     return request

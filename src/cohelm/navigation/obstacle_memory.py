@@ -9,12 +9,11 @@ gone.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Integers, Shape, replace, value
 from cohelm.messages import LiveObstacles
 from cohelm.perception import ObstacleLayerParameters, ObstacleLayerState
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
-from cohelm.arrays import Floats, identical
+from cohelm.arrays import Floats, identical, replace
 from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Mode, Reason, Reference
@@ -88,7 +87,7 @@ def plan_path_and_reference(
     if leg.backward and recovery.stage is not RecoveryStage.REVERSE:
         stop_at = route.progress  # until the space behind is known to be free
     along, progress = _reference_along(step, world, route, stop_at=stop_at)
-    route = dataclasses.replace(
+    route = replace(
         route,
         progress=progress,
         leg=next_leg(route.path, route.leg, progress, step.observation.twist),

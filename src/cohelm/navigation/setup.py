@@ -30,6 +30,8 @@ from cohelm.safety import GateParameters
 from cohelm.sharing import AuthorityParameters, SteeringParameters, YieldingParameters
 from cohelm.social import SocialModel
 
+_CLEARANCE = Clearance()
+
 
 @value
 class NavigatorSetup:
@@ -90,7 +92,7 @@ class NavigatorSetup:
     @property
     def clearance(self) -> Clearance:
         """Clearance from people, for the gate too: the local planner's ``clearance``, if any."""
-        return getattr(self.local_planner, "clearance", Clearance())
+        return getattr(self.local_planner, "clearance", _CLEARANCE)
 
     def speed_limit(self, request: Request) -> float:
         """Minimum of the limits of robot, request and rider, m/s."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import NamedTuple
 
+from cohelm.arrays import replace
 from cohelm.health import Health, HealthState, acknowledged
 from cohelm.messages import (
     Authority,
@@ -136,12 +136,12 @@ def stopped_by_input(
     """Return the stop for unusable input, or for STOP; the memory of all stages is kept."""
     memory = last.memory if last else Memory()
     if reason is Reason.RIDER_STOP and memory.health is not None:
-        memory = dataclasses.replace(memory, health=acknowledged(memory.health))
+        memory = replace(memory, health=acknowledged(memory.health))
     return Tick(
         observation=observation,
         request=request,
         decision=stop(reason),
-        memory=dataclasses.replace(memory, gate=gate_state),
+        memory=replace(memory, gate=gate_state),
         people=last.people if last else People.empty(observation.time),
         path=last.path if last else None,
         arrived=last.arrived if last else False,
@@ -165,13 +165,13 @@ def stopped_by_health(
     """
     reason = health.stop or Reason.SENSORS_DISAGREE
     stopped = stopped_by_input(observation, request, reason, gate_state, last)
-    after = dataclasses.replace(memory, gate=gate_state)
+    after = replace(memory, gate=gate_state)
     known = stopped.people if people is None else people
-    return dataclasses.replace(stopped, memory=after, health=health, people=known)
+    return replace(stopped, memory=after, health=health, people=known)
 
 
 def with_health_reason(decision: Decision, health: Health) -> Decision:
     """Decision with the reason for driving slowly, where it has none of its own."""
     if health.slow is None or decision.reason not in {None, Reason.OVER_LIMITS}:
         return decision
-    return dataclasses.replace(decision, reason=health.slow)
+    return replace(decision, reason=health.slow)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, replace
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, People, Side
 

@@ -23,12 +23,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.errors import ControlError
 from cohelm.messages import Authority, Decision, LocalPlan, Reason
 from cohelm.navigation.command import Allowance, Command, local_problem
@@ -128,7 +127,7 @@ def _own_motion(
     if share is None and world.seen_walls is not world.walls:
         # A wall that only the map has turns no rider aside: the gate stops before it, and a
         # rider who pushes on opens it.
-        share = _clear_share(step, dataclasses.replace(world, walls=world.seen_walls), intent)
+        share = _clear_share(step, replace(world, walls=world.seen_walls), intent)
     # Shares differ from tick to tick: where the chair has a path of its own, it plans instead.
     if share is None or (share < 1.0 and authority.yields):
         return None

@@ -6,14 +6,13 @@ into it.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans
+from cohelm.arrays import Booleans, replace
 from cohelm.health import Health
 from cohelm.maps import DistanceField
 from cohelm.messages import (
@@ -220,7 +219,7 @@ def with_opening_speed(step: StepInput, world: WorldModel) -> StepInput:
     if step.observation.time >= world.openings.slow_until:
         return step
     limit = min(step.request.speed_limit, OPENING_SPEED)
-    return dataclasses.replace(step, request=dataclasses.replace(step.request, speed_limit=limit))
+    return replace(step, request=replace(step.request, speed_limit=limit))
 
 
 def keep_watching(
@@ -240,4 +239,4 @@ def keep_watching(
         return memory, None
     seen, perception = perceive(setup.perception, observation, map_walls, memory.perception)
     touched = update_last_contact(memory.last_contact, setup.robot, observation, seen.people)
-    return dataclasses.replace(memory, perception=perception, last_contact=touched), seen.people
+    return replace(memory, perception=perception, last_contact=touched), seen.people

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.messages import Authority, LocalPlan, Mode
 from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import StepInput
@@ -35,7 +33,7 @@ def with_yielding(step: StepInput, authority: Authority) -> tuple[Authority, Yie
         stands=is_standing_still(step.observation.twist),
         docking=_docking(step),
     )
-    return dataclasses.replace(authority, yields=state.yields), state
+    return replace(authority, yields=state.yields), state
 
 
 def rider_inputs(authority: Authority, intent: RiderIntent) -> Floats | None:
@@ -47,7 +45,7 @@ def with_disagreement(state: YieldingState | None, plan: LocalPlan | None) -> Yi
     """State with the disagreement of rider and plan, rad, as the plan of this tick reports it."""
     if state is None or plan is None:
         return state
-    return dataclasses.replace(state, measured=plan.disagreement)
+    return replace(state, measured=plan.disagreement)
 
 
 def _docking(step: StepInput) -> float:

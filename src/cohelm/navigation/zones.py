@@ -8,12 +8,11 @@ limit applies at the chair and ahead of it, so that the chair is slow when it en
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.config import Model
 from cohelm.geometry import resample, transform
 from cohelm.maps import OCCUPIED, CostmapFilter, OccupancyGrid

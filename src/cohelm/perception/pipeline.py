@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.geometry import compose
 from cohelm.maps import DistanceField
 from cohelm.messages import Groups, Observation, People, Scan, Sensing

@@ -12,13 +12,13 @@ from __future__ import annotations
 import os
 import struct
 import threading
-from dataclasses import replace
 from typing import cast
 
 import numpy as np
 from pydantic import Field
 
 from cohelm import plugins
+from cohelm.arrays import replace
 from cohelm.config import Model
 from cohelm.errors import PlatformError, ScenarioError
 from cohelm.messages import Decision, Observation, RiderCommand

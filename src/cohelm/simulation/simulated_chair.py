@@ -5,12 +5,11 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, replace, value
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Inertial
 from cohelm.robots import Robot

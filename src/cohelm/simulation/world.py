@@ -17,12 +17,12 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, replace, value
 from cohelm.geometry import inverse, transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision, Observation
@@ -403,10 +403,11 @@ class World:
 
     def _update_grid(self) -> OccupancyGrid:
         """Apply due changes; a timed door waits for people and chair in its way."""
-        outline = transform(self._chair.pose, self.setup.robot.outline)
-        self._open = current_grid(
-            self.setup.changes, self._open, self._now, outline, self._bodies()
-        )
+        if self.setup.changes:
+            outline = transform(self._chair.pose, self.setup.robot.outline)
+            self._open = current_grid(
+                self.setup.changes, self._open, self._now, outline, self._bodies()
+            )
         return self._with_doors(self._shut)
 
     def _bodies(self) -> Floats:
@@ -444,18 +445,24 @@ class World:
         gaps = gap_to_people(self.setup.robot.outline, self._chair.pose, position, radius)
         return np.where(there, gaps, np.inf)
 
+    @cached_property
+    def _disc(self) -> tuple[Floats, float]:
+        """Disc about the footprint: (centre (2,) in the robot frame, radius), m."""
+        outline = self.setup.robot.outline
+        centre = (outline.min(axis=0) + outline.max(axis=0)) / 2.0
+        return centre, float(np.hypot(*(outline - centre).T).max())
+
     def _crowd_scene(self) -> CrowdScene:
         """Surroundings of the pedestrians; the chair is the disc about its footprint."""
-        robot, drive = self.setup.robot, self._chair
-        low, high = robot.outline.min(axis=0), robot.outline.max(axis=0)
-        centre = (low + high) / 2.0
+        drive = self._chair
+        centre, radius = self._disc
         vx, vy, turn_rate = drive.twist
         velocity = np.array([vx - turn_rate * centre[1], vy + turn_rate * centre[0]])
         return CrowdScene(
             grid=self.grid,
             robot_position=transform(drive.pose, centre),
             robot_velocity=transform([0.0, 0.0, drive.pose[2]], velocity),
-            robot_radius=float(np.hypot(*(robot.outline - centre).T).max()),
+            robot_radius=radius,
             time=self._now,
         )
 

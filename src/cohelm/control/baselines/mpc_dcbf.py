@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from pydantic import Field
 
+from cohelm.arrays import replace
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem
 from cohelm.control.baselines.tracking import along_reference, plan_of_solution, tracking_terms
@@ -97,10 +96,10 @@ def bounded_by_ellipses(problem: LocalProblem, ellipses: EllipseParameters) -> L
     short = np.broadcast_to(short, spread.shape)
     long = np.where(speed > _WALKING, short - spread[..., :1] + spread, short)
     axis = np.arctan2(predictions.velocity[..., 1], predictions.velocity[..., 0])
-    return dataclasses.replace(
+    return replace(
         problem,
-        people=dataclasses.replace(problem.people, radius=np.zeros_like(problem.people.radius)),
-        spaces=dataclasses.replace(
+        people=replace(problem.people, radius=np.zeros_like(problem.people.radius)),
+        spaces=replace(
             spaces,
             kind=ELLIPSE,
             scale=0.5,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
+from cohelm.arrays import replace
 from cohelm.control.api import LocalProblem
 from cohelm.control.ss_mpc_dcbf import SsMpcDcbf
 from cohelm.messages import LocalPlan, People
@@ -36,17 +35,17 @@ def without_people(problem: LocalProblem) -> LocalProblem:
     """The problem without people and groups."""
     p, s = problem.predictions, problem.spaces
     none = np.s_[:0]
-    return dataclasses.replace(
+    return replace(
         problem,
         people=People.empty(problem.people.time, problem.people.source),
-        predictions=dataclasses.replace(
+        predictions=replace(
             p,
             weight=p.weight[none],
             mean=p.mean[none],
             velocity=p.velocity[none],
             deviation=p.deviation[none],
         ),
-        spaces=dataclasses.replace(
+        spaces=replace(
             s,
             axis=s.axis[none],
             front=s.front[none],

@@ -13,13 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
 from cohelm.control.baselines.polyline import nearest_on_polyline

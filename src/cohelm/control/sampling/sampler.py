@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -222,6 +223,7 @@ def evaluate(prepared: PreparedControl, *inputs: Floats) -> CandidateTrajectorie
     )
 
 
+@lru_cache(maxsize=1)  # of one plan, whose samples and solutions are evaluated
 def likeliest(prepared: PreparedControl) -> Floats:
     """Most likely positions of each person, (n, L+1, 2)."""
     weight = prepared.problem.predictions.weight

@@ -7,13 +7,12 @@ person waits for the chair, so it comes later.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.geometry import arc_length, wrap_angle
 from cohelm.messages import Authority, Decision, LocalPlan, Mode, Path, People, Reason, Reference
 from cohelm.navigation.recovery.driven_track import extend_track, poses_along
@@ -181,7 +180,7 @@ def update_recovery(
             )
             if clearance >= p.min_back_up:
                 break
-    context = dataclasses.replace(
+    context = replace(
         _context(step, authority, progress, route),
         people=_people_nearby(observation.pose, world.people, p),
         rear_clearance=clearance,
@@ -286,4 +285,4 @@ def with_recovery_reason(
     reason = action.reason(stands=stands)
     if plan is None or reason is None or decision.reason not in _LESS_SPECIFIC:
         return decision
-    return dataclasses.replace(decision, reason=reason)
+    return replace(decision, reason=reason)

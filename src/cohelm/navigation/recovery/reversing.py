@@ -9,12 +9,11 @@ turn about.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 
 _MIN_CLEARANCE = 0.1
 """Free distance behind from which backing out of a jam begins, m."""

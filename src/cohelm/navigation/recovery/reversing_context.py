@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.geometry import arc_length, inverse, transform
 from cohelm.messages import Authority, People
 from cohelm.navigation.recovery.driven_track import (
@@ -77,7 +76,7 @@ def reverse(
             limit=p.back_up,
             way_back=lambda travelled: poses_along(back, travelled),
         )
-        now = dataclasses.replace(now, clearance=min(clearance, now.way_back))
+        now = replace(now, clearance=min(clearance, now.way_back))
     on_leg = now.backward
     patience = p.wait_for_walking_people if on_leg else p.wait_for_people
     state = update_reversing(now, memory, patience=patience)
@@ -126,10 +125,10 @@ def _context(
         back = way_back(track, pose, TRACK_LENGTH)
         margin = _END_MARGIN if cause else TURNING_MARGIN
         has_room = can_turn(robot, pose, math.pi, world.walls, margin=margin)
-        now = dataclasses.replace(now, has_room=has_room)
+        now = replace(now, has_room=has_room)
     else:
         return now, pose[None]
-    return dataclasses.replace(now, way_back=float(arc_length(back[:, :2])[-1])), back
+    return replace(now, way_back=float(arc_length(back[:, :2])[-1])), back
 
 
 def distance_behind(pose: Floats, goal: Floats) -> float:

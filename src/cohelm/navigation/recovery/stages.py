@@ -15,12 +15,11 @@ clear of the place where it got stuck.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.messages import Side
 from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters

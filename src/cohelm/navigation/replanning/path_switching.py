@@ -9,13 +9,12 @@ reversed twice over. The path abandoned last needs a larger gain, and some time.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 from scipy.spatial import cKDTree
 
-from cohelm.arrays import Annotated, Bytes, Floats, Shape, value
+from cohelm.arrays import Annotated, Bytes, Floats, Shape, replace, value
 from cohelm.config import Model
 from cohelm.geometry import resample
 from cohelm.messages import Crowding, LiveObstacles, Path

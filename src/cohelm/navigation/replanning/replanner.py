@@ -19,12 +19,11 @@ So a path whose passage is open is replaced by paths through the same passage on
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, identical, value
+from cohelm.arrays import Booleans, Floats, identical, replace, value
 from cohelm.config import Model
 from cohelm.errors import PlanningError
 from cohelm.geometry import arc_length, nearest_on_polyline, resample

@@ -8,12 +8,11 @@ columns and its floor, so that clouds and scans share one memory, see ``past_sca
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Floats, read_only
+from cohelm.arrays import Floats, read_only, replace
 from cohelm.kernels import CACHED
 from cohelm.messages import Scan
 from cohelm.perception.api import ColumnHeights, Detections

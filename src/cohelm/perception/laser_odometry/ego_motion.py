@@ -14,7 +14,6 @@ initial guess (Zhang et al., ICRA 2016).
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -22,7 +21,7 @@ import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, replace, value
 from cohelm.config import Model
 from cohelm.geometry import compose, inverse, wrap_angle
 from cohelm.kernels import CACHED

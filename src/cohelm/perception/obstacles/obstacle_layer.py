@@ -302,7 +302,7 @@ def update_obstacle_layer(
     if not update_occupied(evidence, occupied, p.occupied_from):
         occupied = rolled.obstacles.occupied
     if span is not None:
-        span[:, evidence <= 0] = 0.0
+        np.copyto(span, 0.0, where=evidence <= 0)
         span.flags.writeable = False
     return replace(_next(rolled, evidence, occupied), span=span)
 

@@ -9,12 +9,11 @@ the measured position can be computed.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.messages import People, Predictions
 from cohelm.perception.prediction.interacting_models import (

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.kernels import CACHED
 from cohelm.maps import DistanceField

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Annotated, Floats, Integers, Shape, value
+from cohelm.arrays import Annotated, Floats, Integers, Shape, replace, value
 from cohelm.config import Model
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections

@@ -13,6 +13,7 @@ apart, and so are those of the farthest corner in a turn.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -54,15 +55,23 @@ def footprint_model(
     """Create the model of an outline (k, 2), counter-clockwise, robot frame, on a map."""
     middle = 0.5 * (outline.min(axis=0) + outline.max(axis=0))
     radius = float(np.hypot(*(outline - middle).T).max())
+    pieces, discs = _parts(tuple(map(tuple, outline.tolist())))
     return FootprintModel(
         clearance=read_only(clearance),
         resolution=resolution,
         trust=trust,
-        pieces=read_only(triangulate(outline)),
+        pieces=pieces,
         bound=read_only(np.array([*middle, radius])),
-        discs=read_only(_covering(outline)),
+        discs=discs,
         reach=float(np.hypot(*outline.T).max()),
     )
+
+
+@lru_cache(maxsize=16)  # every plan of a ride has the same few outlines
+def _parts(corners: tuple[tuple[float, float], ...]) -> tuple[Floats, Floats]:
+    """(triangles (p, 3, 2), covering discs (d, 3)) of an outline."""
+    outline = np.array(corners)
+    return read_only(triangulate(outline)), read_only(_covering(outline))
 
 
 def reversed_footprint(footprint: FootprintModel) -> FootprintModel:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
-from cohelm.arrays import Bytes, Floats
+from cohelm.arrays import Bytes, Floats, replace
 from cohelm.errors import ConfigError, PlatformError
 from cohelm.platforms.twin.building import GLASS, PEOPLE, SEEN
 from cohelm.platforms.twin.chair import CHAIR_GROUP

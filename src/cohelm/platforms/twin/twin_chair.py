@@ -9,12 +9,12 @@ import copy
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.geometry import wrap_angle
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Inertial, PointCloud, Scan

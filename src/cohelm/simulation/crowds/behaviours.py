@@ -5,14 +5,13 @@ The first column of such a model's memory is its own, the rest is that of the ba
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
 from cohelm import plugins
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.simulation.api import Crowd, CrowdScene, PedestrianModel
 from cohelm.simulation.crowds.motion import GOLDEN_RATIO, current_targets, opposite_targets

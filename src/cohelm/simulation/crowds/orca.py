@@ -11,12 +11,10 @@ needs no memory: the lack of progress shows in the velocity that ORCA allows.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.simulation.api import Crowd, CrowdScene
 from cohelm.simulation.crowds.motion import (
@@ -115,9 +113,10 @@ class Orca:
         p = self.parameters
         walls = walls_of(scene.grid) if p.walls else NO_WALLS
         return orca_velocities(
-            np.vstack([crowd.position, scene.robot_position]),
-            np.vstack([crowd.velocity, scene.robot_velocity]),
-            np.append(crowd.radius, scene.robot_radius + p.robot_clearance) + p.extra_radius,
+            np.concatenate([crowd.position, scene.robot_position[None]]),
+            np.concatenate([crowd.velocity, scene.robot_velocity[None]]),
+            np.concatenate([crowd.radius, [scene.robot_radius + p.robot_clearance]])
+            + p.extra_radius,
             crowd.radius,
             preferred,
             max_speed,
@@ -150,8 +149,9 @@ def _stuck_share(preferred: Floats, velocity: Floats) -> Floats:
         preferred: (n, 2) preferred velocities, m/s.
         velocity: (n, 2) the possible ones, m/s.
     """
-    speed2 = np.sum(preferred * preferred, axis=1)
-    progress = np.sum(preferred * velocity, axis=1) / np.maximum(speed2, 1e-9)
+    (px, py), (vx, vy) = preferred.T, velocity.T
+    speed2 = px * px + py * py
+    progress = (px * vx + py * vy) / np.maximum(speed2, 1e-9)
     return np.where(speed2 > 0.0, np.clip(1.0 - 3.0 * progress, 0.0, 1.0), 0.0)
 
 

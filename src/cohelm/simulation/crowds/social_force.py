@@ -14,14 +14,13 @@ crowds", Proc. R. Soc. B 276 (2009). Within groups: Moussaïd, Perozo, Garnier, 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numba import njit
 from pydantic import Field
 
 from cohelm.array_kernels import stable_order
-from cohelm.arrays import Booleans, Floats, Integers
+from cohelm.arrays import Booleans, Floats, Integers, replace
 from cohelm.config import Model
 from cohelm.kernels import CACHED
 from cohelm.simulation.api import Crowd, CrowdScene

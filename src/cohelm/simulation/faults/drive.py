@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.messages import Decision
 from cohelm.simulation.drivetrain import DriveCommand
 from cohelm.simulation.faults.api import SHARE, FaultKind

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, replace
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid, distance_field
 from cohelm.messages import Decision, Observation

@@ -6,11 +6,11 @@ Those of time (a clock that steps, a navigator that is late) and of the wheel od
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
+from cohelm.arrays import replace
 from cohelm.messages import Observation
 from cohelm.simulation.faults.api import POSITIVE, FaultInput, FaultKind
 from cohelm.simulation.faults.drive import DRIVE

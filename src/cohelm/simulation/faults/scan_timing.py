@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
+from cohelm.arrays import replace
 from cohelm.messages import Observation, Scan
 from cohelm.simulation.faults.api import FaultInput, FaultKind
 from cohelm.simulation.faults.scan_values import each_scan

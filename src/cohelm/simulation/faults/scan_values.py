@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, replace
 from cohelm.messages import Observation, Scan
 from cohelm.simulation.faults.api import SHARE, FaultInput, FaultKind
 

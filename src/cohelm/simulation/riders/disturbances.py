@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.config import Model
 from cohelm.messages import RiderCommand
 from cohelm.simulation.api import RiderAct, RiderView

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import value
+from cohelm.arrays import replace, value
 from cohelm.simulation.api import RiderAct, RiderView
 from cohelm.simulation.riders.disturbances import Disturbance, IntervalDisturbance
 from cohelm.simulation.riders.rider_input import (

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Floats, value
+from cohelm.arrays import Floats, replace, value
 from cohelm.config import Model
 from cohelm.simulation.api import RiderAct, RiderView
 from cohelm.simulation.riders.rider_input import IDEAL, BaseRider, base_rider, deflected

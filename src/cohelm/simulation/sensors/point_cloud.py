@@ -310,7 +310,7 @@ def measured_cloud(
     rays, hidden = rays_of(mount)
     noise = rng.standard_normal(len(rays))
     lost = rng.random(len(rays)) < mount.dropout
-    gone = lost | hidden | (distance < mount.range_min) | np.isinf(distance)
+    gone = lost | hidden.reshape(-1) | (distance < mount.range_min) | np.isinf(distance)
     distance = np.where(gone, np.nan, distance)
     seen = np.clip(distance + mount.deviation(distance) * noise, mount.range_min, mount.range_max)
     points = (seen[:, None] * rays).astype(np.float32)
@@ -354,7 +354,7 @@ def _cast(
     origin, R_MS = sensor_pose(mount, scene, X_MR)
     towards = rays @ R_MS.T
     level = np.maximum(np.hypot(towards[:, 0], towards[:, 1]), _UPRIGHT)
-    shape = mount.rays().shape[:2] if _share_planes(R_MS) else (len(rays), 1)
+    shape = hidden.shape if _share_planes(R_MS) else (len(rays), 1)
     tops, highest = tops_of(scene)
     far, owner, alone = cast_columns(
         tops,
@@ -364,21 +364,21 @@ def _cast(
         scene.ceiling,
         highest,
         origin,
-        np.ascontiguousarray((towards[:, :2] / level[:, None]).reshape(*shape, 2)[:, 0]),
+        towards.reshape(*shape, 3)[:, 0, :2] / level.reshape(shape)[:, :1],
         (towards[:, 2] / level).reshape(shape),
         (mount.range_max * level).reshape(shape),
         np.column_stack([bodies.position, bodies.radius]),
         parts_of(bodies, scene.floor),
     )
     owner = owner.reshape(-1)
-    met = np.bincount(owner[(owner >= 0) & ~hidden], minlength=len(alone))
+    met = np.bincount(owner[(owner >= 0) & ~hidden.reshape(-1)], minlength=len(alone))
     return far.reshape(-1) / level, owner, met / np.maximum(alone, 1)
 
 
 @lru_cache(maxsize=8)
 def rays_of(mount: CloudMount) -> tuple[Floats, Booleans]:
-    """Unit vectors (p, 3) in the sensor's frame, and mask (p,) of the blind ones."""
-    return read_only(mount.rays().reshape(-1, 3)), mount.hidden().reshape(-1)
+    """Unit vectors (p, 3) in the sensor's frame, and mask (columns, rows) of the blind ones."""
+    return read_only(mount.rays().reshape(-1, 3)), mount.hidden()
 
 
 def rotation_of(roll: float, pitch: float, yaw: float) -> Floats:
