@@ -1,14 +1,16 @@
-"""Decompression of bags, never to more than is plausible; data that is cut gives what is left."""
+"""Decompression of bags, as far as the data is sound, and never to more than is plausible.
+
+The libraries refuse damaged data as a whole; here everything before the damage is kept.
+"""
 
 from __future__ import annotations
 
+import bz2
 import importlib
 import shutil
 import sys
 from pathlib import Path
-from typing import Any, cast
-
-from cohelm.recordings.bags.records import BrokenRecord
+from typing import Protocol, cast
 
 MAX_CHUNK = 1 << 28
 """Maximum size of a chunk, bytes; usual ones have about a million."""
@@ -21,11 +23,10 @@ _ALLOWED = 1 << 24
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 _STEP = 1 << 16
-"""Bytes of a file decompressed at a time, so that those before a fault are kept."""
+"""Bytes decompressed at a time, so that those before a fault are kept."""
 
 # Dependencies of rosbags; imported only where a bag is compressed with them.
 _DECOMPRESSORS = {
-    "bz2": ("bz2", "BZ2Decompressor"),
     "lz4": ("lz4.frame", "LZ4FrameDecompressor"),
     "zstd": (
         "compression.zstd" if sys.version_info >= (3, 14) else "backports.zstd",
@@ -36,6 +37,16 @@ _DECOMPRESSORS = {
 
 _SIGNATURES = {ZSTD_MAGIC: "zstd", b"\x04\x22\x4d\x18": "lz4", b"BZh": "bz2"}
 """First bytes of compressed data; a message in CDR begins with 0."""
+
+
+class _Decompressor(Protocol):
+    @property
+    def eof(self) -> bool: ...
+
+    @property
+    def needs_input(self) -> bool: ...
+
+    def decompress(self, data: bytes, max_length: int = -1) -> bytes: ...
 
 
 def max_unpacked(packed: int) -> int:
@@ -50,10 +61,10 @@ def kind_of(data: bytes, declared: str) -> str:
 
 
 def decompress(data: bytes, kind: str, size: int) -> bytes:
-    """Decompress up to ``size`` bytes; nothing where the data is damaged.
+    """Decompress up to ``size`` bytes, or those before the first fault.
 
     Args:
-        data: Compressed, possibly cut.
+        data: Compressed, possibly cut or damaged.
         kind: ``bz2``, ``lz4``, ``zstd``, ``none`` or empty.
         size: Expected and maximum size.
 
@@ -62,26 +73,18 @@ def decompress(data: bytes, kind: str, size: int) -> bytes:
     """
     if kind in {"", "none"}:
         return data[:size]
-    module, name = _library(kind)
+    stream = _stream(kind)
+    out = bytearray()
     try:
-        return cast(bytes, getattr(module, name)().decompress(data, size))
+        while len(out) < size and not stream.eof:
+            some = stream.decompress(data, min(size - len(out), _STEP))
+            if not some and not data:
+                break
+            out += some
+            data = b""
     except Exception:  # each library has its own errors; all mean damaged data
-        return b""
-
-
-def unpack_chunk(data: bytes, kind: str, size: int, offset: int) -> bytes:
-    """Decompress the records of a chunk at ``offset`` in its file, as :func:`decompress` does.
-
-    Raises:
-        BrokenRecord: if the claimed size is implausible, or the compression is unknown.
-    """
-    if size > MAX_CHUNK or (kind not in {"", "none"} and size > max_unpacked(len(data))):
-        problem = f"a chunk claims {size} bytes from {len(data)}: implausible, not read"
-        raise BrokenRecord(problem, offset)
-    try:
-        return decompress(data, kind, size)
-    except ValueError as error:
-        raise BrokenRecord(f"a chunk {error}", offset) from None
+        return bytes(out)
+    return bytes(out)
 
 
 def unpack_zstd(file: Path, to: Path) -> None:
@@ -92,22 +95,27 @@ def unpack_zstd(file: Path, to: Path) -> None:
     Raises:
         ValueError: if the library is not installed.
     """
-    library, _ = _library("zstd")
-    left = min(max_unpacked(file.stat().st_size), shutil.disk_usage(to.parent).free // 2)
-    with library.open(file) as packed, to.open("wb") as plain:
-        try:
-            while left > 0 and (some := packed.read(min(left, _STEP))):
-                left -= plain.write(some)
-        except (EOFError, library.ZstdError):
-            return  # the reader of the file reports that it is cut
+    with file.open("rb") as packed, to.open("wb") as plain:
+        stream = _stream("zstd")
+        left = min(max_unpacked(file.stat().st_size), shutil.disk_usage(to.parent).free // 2)
+        while not stream.eof and left > 0:
+            data = packed.read(_STEP) if stream.needs_input else b""
+            if stream.needs_input and not data:
+                return
+            try:
+                some = stream.decompress(data, min(left, _STEP))
+            except Exception:  # as above; the reader of the file reports that it is cut
+                return
+            left -= plain.write(some)
 
 
-def _library(kind: str) -> tuple[Any, str]:
-    """Module of a compression, and the name of its decompressor."""
+def _stream(kind: str) -> _Decompressor:
+    if kind == "bz2":
+        return bz2.BZ2Decompressor()
     if kind not in _DECOMPRESSORS:
         raise ValueError(f"is compressed with {kind[:20]!r}, known are bz2, lz4 and zstd")
     module, name = _DECOMPRESSORS[kind]
     try:
-        return importlib.import_module(module), name
+        return cast(_Decompressor, getattr(importlib.import_module(module), name)())
     except ImportError:
         raise ValueError(f"is compressed with {kind}: install {module.partition('.')[0]}") from None

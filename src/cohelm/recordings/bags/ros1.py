@@ -7,16 +7,13 @@ header, the header (fields ``name=value``, each with its length), the length of 
 
 from __future__ import annotations
 
-import io
 import os
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
 
 from cohelm.errors import RecordingError
-from cohelm.recordings.bags.compression import unpack_chunk
-from cohelm.recordings.bags.records import BagMessage, BrokenRecord
+from cohelm.recordings.bags.records import BagMessage, BrokenRecord, RecordStream, unpack_chunk
 
 MAGIC = b"#ROSBAG V"
 
@@ -45,22 +42,11 @@ def read_ros1(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage]:
         if version != _VERSION:
             other = f"is a bag of another format, {version[8:12]!r}: convert it with rosbag migrate"
             raise RecordingError(other if version else "is empty", file=file, offset=0)
-        connections: _Connections = {}
+        records = RecordStream(stream, os.fstat(stream.fileno()).st_size)
         try:
-            for record in _records(stream, os.fstat(stream.fileno()).st_size):
-                if record.kind == _BAG:
-                    _check_bag(record, file, damage)
-                elif record.kind != _CHUNK:
-                    yield from _message(record, connections)
-                else:
-                    try:
-                        yield from _chunk(record, connections)
-                    except BrokenRecord as fault:
-                        if record.is_whole:  # else the end of the file is reported
-                            problem = RecordingError(str(fault), file=file, offset=fault.offset)
-                            damage.append(problem)
+            yield from _records(records, file, damage)
         except BrokenRecord as fault:
-            damage.append(RecordingError(str(fault), file=file, offset=fault.offset))
+            damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
 
 
 def read_split(files: Sequence[Path], damage: list[RecordingError]) -> Iterator[BagMessage]:
@@ -72,83 +58,90 @@ def read_split(files: Sequence[Path], damage: list[RecordingError]) -> Iterator[
             damage.append(error)
 
 
-class _Record(NamedTuple):
-    head: dict[str, bytes]
-    data: bytes
-    """Of a record at the end of a cut file, what is left."""
-    is_whole: bool
-    offset: int
-    """Of the record, or of its chunk, in the file."""
-
-    @property
-    def kind(self) -> bytes:
-        return self.head.get("op", b"")
-
-    def number(self, field: str, at: int = 0) -> int:
-        """Number that begins at a byte of a field of the header."""
-        return _number(self.head.get(field, b""), at, self.offset)
-
-
-def _records(stream: BinaryIO, size: int, chunk: int | None = None) -> Iterator[_Record]:
-    """Records up to the end of a file, or of the content of a chunk at an offset in the file.
-
-    Raises:
-        BrokenRecord: at the first bytes that are no record.
-    """
-    if chunk is None and stream.tell() == size:
-        raise BrokenRecord("the bag ends after its first line", size)
-    while (at := stream.tell()) < size:
-        offset = at if chunk is None else chunk
-        length = _number(stream.read(4), 0, offset)
-        head = _fields(stream.read(min(length, _MAX_HEADER)), offset)
-        known = {_MESSAGE, _CONNECTION} if chunk is not None else _KINDS
-        if length > _MAX_HEADER or head.get("op") not in known:
-            raise BrokenRecord(_NO_RECORD, offset)
-        length = _number(stream.read(4), 0, offset)
-        data = stream.read(min(length, size - stream.tell()))
-        record = _Record(head, data, len(data) == length, offset)
-        if record.is_whole or record.kind == _CHUNK:
-            yield record
-        if not record.is_whole:
-            raise BrokenRecord("is cut off or damaged within this record", offset)
+def _records(
+    records: RecordStream, file: Path, damage: list[RecordingError]
+) -> Iterator[BagMessage]:
+    connections: _Connections = {}
+    if records.stream.tell() == records.length:
+        raise BrokenRecord("the bag ends after its first line", records.length)
+    while records.begin():
+        head = _header(records)
+        (length,) = records.unpack(_WORD)
+        end = records.stream.tell() + length
+        kind = head.get("op")
+        if kind == _CHUNK:
+            data = records.take(min(length, records.length - records.stream.tell()))
+            try:
+                yield from _chunk(head, data, connections, records.at)
+            except BrokenRecord as fault:
+                if end <= records.length:
+                    damage.append(RecordingError(fault.problem, file=file, offset=fault.offset))
+        elif kind in {_MESSAGE, _CONNECTION}:
+            yield from _message(head, records.take(length), connections, records)
+        elif kind == _BAG:
+            _check_bag(head, records, file, damage)
+        elif kind not in {_INDEX, _CHUNK_INFO}:
+            raise records.broken("no record of a bag begins here; nothing is read from here on")
+        if end > records.length:
+            raise records.broken("the bag is cut off within this record")
+        records.stream.seek(end)
 
 
-_KINDS = frozenset({_MESSAGE, _BAG, _INDEX, _CHUNK, _CHUNK_INFO, _CONNECTION})
-_NO_RECORD = "no record of a bag begins here; nothing is read from here on"
-
-
-def _check_bag(record: _Record, file: Path, damage: list[RecordingError]) -> None:
-    if record.head.get("encryptor"):
-        raise RecordingError("is encrypted", file=file, offset=record.offset)
-    index = int.from_bytes(record.head.get("index_pos", b""), "little")
-    if not 0 < index <= file.stat().st_size:
+def _check_bag(
+    head: dict[str, bytes], records: RecordStream, file: Path, damage: list[RecordingError]
+) -> None:
+    if head.get("encryptor"):
+        raise RecordingError("is encrypted", file=file, offset=records.at)
+    index = int.from_bytes(head.get("index_pos", b""), "little")
+    if not 0 < index <= records.length:
         problem = "the bag lacks its index and perhaps its end; read without (rosbag reindex)"
-        damage.append(RecordingError(problem, file=file, offset=record.offset))
+        damage.append(RecordingError(problem, file=file, offset=records.at))
 
 
-def _chunk(record: _Record, connections: _Connections) -> Iterator[BagMessage]:
+def _chunk(
+    head: dict[str, bytes], data: bytes, connections: _Connections, offset: int
+) -> Iterator[BagMessage]:
     """Read the messages of a chunk up to its first fault."""
-    size, compression = record.number("size"), record.head.get("compression", b"")
-    plain = unpack_chunk(record.data, compression.decode("latin-1"), size, record.offset)
-    for inner in _records(io.BytesIO(plain), len(plain), record.offset):
-        yield from _message(inner, connections)
+    size = _number(head.get("size", b""), 0, offset)
+    plain = unpack_chunk(data, head.get("compression", b"").decode("latin-1"), size, offset)
+    records = RecordStream.of(plain, offset)
+    while records.begin():
+        inner = _header(records)
+        (length,) = records.unpack(_WORD)
+        yield from _message(inner, records.take(length), connections, records)
     if len(plain) < size:
-        raise BrokenRecord("this chunk is damaged, and read up to there", record.offset)
+        raise BrokenRecord("this chunk is damaged, and read up to there", offset)
 
 
-def _message(record: _Record, connections: _Connections) -> Iterator[BagMessage]:
+def _message(
+    head: dict[str, bytes], data: bytes, connections: _Connections, records: RecordStream
+) -> Iterator[BagMessage]:
     """The message of a record; a connection is remembered instead."""
-    if record.kind == _CONNECTION:
-        about = _fields(record.data, record.offset)
-        topic = record.head.get("topic", b"").decode("utf-8", "replace")
+    kind = head.get("op")
+    offset = records.offset
+    if kind is None:
+        raise records.broken("a record has no opcode")
+    if kind not in {_CONNECTION, _MESSAGE}:
+        return
+    number = _number(head.get("conn", b""), 0, offset)
+    if kind == _CONNECTION:
+        about = _fields(data, offset)
+        topic = head.get("topic", b"").decode("utf-8", "replace")
         type_ = about.get("type", b"").decode("utf-8", "replace")
-        connections[record.number("conn")] = topic, type_.replace("/", "/msg/")
-    elif record.kind == _MESSAGE:
-        if record.number("conn") not in connections:
-            raise BrokenRecord("a message belongs to no topic", record.offset)
-        topic, type_ = connections[record.number("conn")]
-        time = record.number("time") + 1e-9 * record.number("time", 4)
-        yield BagMessage(topic, type_, time, record.data, record.offset, "ros1")
+        connections[number] = topic, type_.replace("/", "/msg/")
+    elif number in connections:
+        when = head.get("time", b"")
+        time = _number(when, 0, offset) + 1e-9 * _number(when, 4, offset)
+        yield BagMessage(*connections[number], time, data, offset, "ros1")
+    else:
+        raise records.broken("a message belongs to no topic")
+
+
+def _header(records: RecordStream) -> dict[str, bytes]:
+    (length,) = records.unpack(_WORD)
+    if length > _MAX_HEADER:
+        raise records.broken("no record of a bag begins here; nothing is read from here on")
+    return _fields(records.take(length), records.offset)
 
 
 def _fields(block: bytes, offset: int) -> dict[str, bytes]:
@@ -165,5 +158,5 @@ def _fields(block: bytes, offset: int) -> dict[str, bytes]:
 
 def _number(block: bytes, at: int, offset: int) -> int:
     if at + 4 > len(block):
-        raise BrokenRecord("is cut off or damaged within this record", offset)
+        raise BrokenRecord("a record lacks a field", offset)
     return int(_WORD.unpack_from(block, at)[0])

@@ -21,8 +21,9 @@ SQLITE = b"SQLite format 3\0"
 
 _MAX_ROW = 1 << 28
 """Maximum size of a row, bytes."""
-_MAX_STEPS = 1_000_000
+_MAX_STEPS = 10_000_000
 """Maximum steps of SQLite's virtual machine per row; a stored row takes a dozen."""
+_KIND = "SELECT type FROM sqlite_master WHERE lower(name) = ?"
 _COLUMNS = "SELECT name FROM pragma_table_info('topics')"
 _TOPICS = "SELECT id, name, type, {} FROM topics"
 _ENCODING = "serialization_format"
@@ -59,6 +60,7 @@ def read_sqlite(file: Path, damage: list[RecordingError]) -> Iterator[BagMessage
             limit = _StepLimit()
             database.set_progress_handler(limit, _MAX_STEPS)
             database.text_factory = lambda text: text.decode("utf-8", "replace")
+            _check_tables(database)
             topics = _topics(database)
             for number, time, data in database.execute(_MESSAGES):
                 limit.rows += 1
@@ -174,3 +176,11 @@ class _StepLimit:
     def __call__(self) -> bool:
         stuck, self._before = self.rows == self._before, self.rows
         return stuck
+
+
+def _check_tables(database: sqlite3.Connection) -> None:
+    """Refuse views: they compute their rows, perhaps without end."""
+    for name in ("topics", "messages"):
+        kinds = [kind for (kind,) in database.execute(_KIND, (name,))]
+        if kinds and "table" not in kinds:
+            raise sqlite3.DatabaseError(f"{name!r} is not a table")
