@@ -71,7 +71,7 @@ BUDGET = {
     "planning": (7700, 48),
     "platforms": (3075, 22),
     "plotting": (2150, 12),
-    "recordings": (4725, 33),
+    "recordings": (4825, 33),
     "robots": (1825, 15),
     "ros2": (3100, 16),
     "safety": (450, 3),

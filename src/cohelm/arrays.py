@@ -95,7 +95,11 @@ def unchecked(of: _T, **changes: Any) -> _T:
 
 
 def replace(of: _T, **changes: Any) -> _T:
-    """Copy a value, or a dataclass, with changed fields: a fast ``dataclasses.replace``."""
+    """Copy a value, or a dataclass, with changed fields, and check it.
+
+    Raises:
+        TypeError: if there is no such field.
+    """
     cls: Any = type(of)
     fields = {name: content_of(of) for name, content_of in _contents(cls)}
     made: _T = cls(**{**fields, **changes})

@@ -45,7 +45,7 @@ class Variant:
         return ", ".join(word for _, word in self.columns)
 
     def at(self, seed: int) -> Variant:
-        """Return the choice with all its settings for a seed."""
+        """Return the variant with all its settings for a seed."""
         if self.drawn is None:
             return self
         return replace(self, settings=(*self.settings, *self.drawn(seed)), drawn=None)
@@ -56,7 +56,7 @@ Axis = tuple[Variant, ...]
 
 
 def common(settings: Sequence[str]) -> Axis:
-    """Axis of one choice without a column: settings of all rides."""
+    """Axis of one variant without a column: settings of all rides."""
     return (Variant(settings=tuple(settings)),)
 
 
@@ -69,7 +69,7 @@ def varied(given: Sequence[str]) -> Axis:
     """Axis of all combinations of the values that ``key=a,b,c`` lists for each key.
 
     Values are YAML, so a list is one value: ``people.speed=[0.4,0.6],[1.0,1.2]``. Without keys
-    there is one choice without columns.
+    there is one variant without columns.
 
     Raises:
         ConfigError: if one is not ``key=value,value``, or a value or a key is repeated.
@@ -133,7 +133,7 @@ def scenario_of(variants: Iterable[Variant], seed: int, more: tuple[str, ...] = 
 
 @dataclass(frozen=True)
 class Grid:
-    """All combinations of the choices of some axes, seed by seed."""
+    """All combinations of the variants of some axes, seed by seed."""
 
     axes: tuple[Axis, ...]
     """Columns appear in their order; one axis names scenarios."""
@@ -152,22 +152,22 @@ class Grid:
             raise ConfigError("a study compares one to all of its axes, and none is empty")
         named = [all(each.scenario for each in axis) for axis in self.axes if _names(axis)]
         if named != [True]:
-            raise ConfigError("one axis of a study names a scenario with each choice, others none")
+            raise ConfigError("one axis of a study names a scenario with each variant, others none")
 
     def check(self) -> None:
-        """Check that no setting of all rides changes what a choice is called for, or is ignored.
+        """Check that no setting of all rides changes what a variant is called for, or is ignored.
 
         Raises:
             ConfigError: naming the setting.
         """
         own = [each.at(0) for axis in self.axes for each in axis if each.columns]
         shared = [s for axis in self.axes for c in axis if not c.columns for s in c.at(0).settings]
-        for setting, choice in itertools.product(shared, own):
-            for other in choice.settings:
+        for setting, variant in itertools.product(shared, own):
+            for other in variant.settings:
                 a, b = f"{key_of(setting)}.", f"{key_of(other)}."
                 if setting != other and (a.startswith(b) or b.startswith(a)):
                     raise ConfigError(
-                        f"is set by {choice.label!r} ({other}) and cannot be set for all rides",
+                        f"is set by {variant.label!r} ({other}) and cannot be set for all rides",
                         key=key_of(setting),
                     )
 
@@ -185,8 +185,8 @@ class Grid:
         self, case: Sequence[Variant], contenders: Sequence[Axis], seed: int, seeds: range
     ) -> Iterable[RideTask]:
         drawn = [each.at(seed) for each in case]
-        for choices in itertools.product(*contenders):
-            ride = ride_of((*drawn, *choices), seed)
+        for compared in itertools.product(*contenders):
+            ride = ride_of((*drawn, *compared), seed)
             if self.keep is None or self.keep(dict(ride.columns), seed, seeds):
                 yield ride
 

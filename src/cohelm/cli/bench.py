@@ -14,6 +14,7 @@ from typing import Any
 from rich.text import Text
 
 from cohelm.benchmarks.bench import Bench, BenchReport, Task
+from cohelm.benchmarks.study import Grid, Study
 from cohelm.cli.progress import SweepProgress
 from cohelm.cli.report import ERRORS, OUTPUT, as_json, fitted_table, versions, write_json
 from cohelm.cli.requests import BenchRequest
@@ -93,6 +94,8 @@ def _planned(module: str, request: BenchRequest) -> tuple[Bench, Sequence[Task],
     tasks = chosen.tasks(range(request.first, request.first + seeds))
     check_plain(tasks)
     _check_apart(tasks)
+    if isinstance(chosen, Study) and isinstance(chosen.plan, Grid):
+        chosen.plan.check()
     workers = request.workers or chosen.WORKERS or os.cpu_count() or 1
     if workers > 1 or request.cluster:
         _check_sendable(chosen, module)
@@ -151,7 +154,7 @@ def _check_apart(tasks: Sequence[Task]) -> None:
             name = ", ".join(word for _, word in ride.columns)
             raise ConfigError(
                 f"two different rides are called {name!r}, seed {ride.seed}: rename one file, or "
-                "give one choice another column"
+                "give one variant another column"
             )
 
 

@@ -31,7 +31,9 @@ class Options:
                 continue
             if name not in hints:
                 raise ConfigError(f"the argument {name!r} of create needs a type")
-            self._forms[name] = (*_as_list(hints[name]), each.default)
+            form, many = _as_list(hints[name])
+            needed = each.default is inspect.Parameter.empty
+            self._forms[name] = form, many, () if many and needed else each.default
 
     @property
     def parameters(self) -> list[inspect.Parameter]:

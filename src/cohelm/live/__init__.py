@@ -3,8 +3,9 @@
     page ─► link ─► observation ─► navigator (own process) ─► decision ─► chair
                  └──────────── watchdog: stop, whatever fails ─────────────┘
 
-``messages`` are the protocol with a page, ``control`` has the parts around the navigator, ``page``
-translates between them, and ``sessions`` stores the rides. ``cohelm.web`` serves the page.
+``messages`` are the protocol with a page, ``commands`` puts them into effect, ``control`` has the
+parts around the navigator, whose process also makes the messages that pages show, ``page`` has the
+route previews, and ``sessions`` stores the rides. ``cohelm.web`` serves the page.
 
     drive      one run of the program, from ``Drive.start`` to ``Drive.close``
     session    the rides of one drive, stored in one folder
@@ -14,7 +15,8 @@ translates between them, and ``sessions`` stores the rides. ``cohelm.web`` serve
     tick       one step of 0.05 s: observation, decision, motion
 
     thread or process    file                          owns                         ends
-    web server (caller)  drive.py                      sockets of the pages         with the program
+    web server (caller)  drive.py, cohelm.web          sockets of the pages         with the program
+    its thread pool      rider_choice.py, sessions     riders and stored sessions   with the program
     thread control       control_loop.py               driver state, control cycle  Drive.close
     thread world         control/world_factory.py      a world being built          world built
     thread sessions      sessions/store.py             writes of stored rides       Drive.close
@@ -25,7 +27,7 @@ translates between them, and ``sessions`` stores the rides. ``cohelm.web`` serve
     process measuring    sessions/measuring.py         measures, map of a ride      ride measured
 
 Threads share values through queues, under a lock, or by replacing an attribute as a whole;
-processes get and return the values of ``control/ipc.py`` through a pipe.
+processes get and return values through a pipe, the navigator those of ``control/ipc.py``.
 """
 
 import lazy_loader

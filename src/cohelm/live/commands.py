@@ -1,6 +1,7 @@
 """Commands of pages put into effect: driver, trip, mode, pace, changes of the simulated world.
 
-All of it runs in the control thread, between two steps. A message with an ``id`` is a request and
+All of it runs in the control thread: between two steps, and once more in each before the wheels get
+their command. A message with an ``id`` is a request and
 gets one answer: ``Accepted``, ``Rejected``, or later ``TripPlans``. Other messages are answered
 only if they are rejected.
 """

@@ -159,10 +159,12 @@ class ControlCycle:
         command, ticks = stop(Reason.PROGRAM_FAILED), self.state.ticks + 1
         self.state = replace(self.state, command=command, heartbeat_seq=-1)
         world, now = self.world, self._clock()
-        if world is not None and not self.state.paused:
-            world.apply(command)
-        self.state = replace(self.state, ticks=ticks)
-        self._send_state(world, now, late=0.0)
+        try:
+            if world is not None and not self.state.paused:
+                world.apply(command)
+        finally:  # a lost chair takes no command, and pages must know all the more
+            self.state = replace(self.state, ticks=ticks)
+            self._send_state(world, now, late=0.0)
 
     def _request_step(self, world: LiveWorld, late: float) -> bool:
         """Send the newest observation if the navigator is free; returns True if it was sent."""
@@ -218,7 +220,7 @@ class ControlCycle:
             self._unsent.keep(world.observation)
 
     def _take_answer(self, world: LiveWorld, answer: StepAnswer) -> None:
-        """Use an answer; one that comes too late changes the view only."""
+        """Use an answer; one that comes too late decides about no motion."""
         driver, now, state = self._driver, self._clock(), self.state
         self._rides.add_log(answer.log)
         if answer.step_id < state.first_step_id:

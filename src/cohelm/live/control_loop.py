@@ -288,7 +288,10 @@ class ControlLoop:
             first = self.cycle.world is None
             # The first one ends the drive, whose owner gets the error.
             _log.log(logging.INFO if first else logging.ERROR, "no world: %s", error)
-            self.error, self.failure = (str(error), error) if first else ("", None)
+            if first:
+                self.error, self.failure = str(error), error
+            else:  # the old world goes on, and the stick may have been held meanwhile
+                self._driver.require_centring()
             self.announce(error.code, str(error))
             return
         if world is None:

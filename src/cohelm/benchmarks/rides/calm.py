@@ -164,7 +164,8 @@ def create(
         ConfigError, PluginError, ScenarioError: if a part, a mode or a setting does not exist, or
             the maps of a part that is named are missing.
     """
-    unset(settings, {"mode": "--modes", "people.see_robot": "--part"})
+    drawn = dict.fromkeys(("start", "goal", "map", "floor"), "the seed")
+    unset(settings, {"mode": "--modes", "people.see_robot": "--part", **drawn})
     known = [each.value for each in Mode]
     driven = chosen_names(modes, "--modes", (), kind="mode", known=known)
     for name in part:

@@ -79,6 +79,8 @@ def create(
     """
     variants = varied(vary)
     unset([*settings, *(each for v in variants for each in v.settings)], LOCAL_PLANNERS)
+    if true_people:
+        unset((each for v in variants for each in v.settings), {"tracker": "--true-people"})
     known = (TRUE_PEOPLE,) if true_people else ()
     ridden = tuple(
         Variant(((CARD, Path(card).stem),), known, scenario=card)

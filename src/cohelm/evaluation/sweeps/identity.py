@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -83,7 +84,7 @@ def _of_parts(value: Any) -> str:
 
 
 def _of_text(text: str) -> str:
-    if not text.endswith(_FILES):
-        return repr(text)
-    file = Path(text)
-    return f"{text!r}[{digest(file.read_bytes())}]" if file.is_file() else repr(text)
+    """A text, and the digest of each file that it names alone, in a list or as a value."""
+    named = (part for part in re.split("[,=]", text) if part.endswith(_FILES))
+    files = [Path(part.strip()) for part in named]
+    return repr(text) + "".join(f"[{digest(f.read_bytes())}]" for f in files if f.is_file())

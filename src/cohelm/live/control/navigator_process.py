@@ -1,7 +1,7 @@
 """Process of the navigator: takes a request from a pipe and returns an answer.
 
-The decision comes first: an answer is sent before the log and the recorder get the tick, and
-garbage is collected while the control loop does not wait.
+The answer comes first: it has the decision and what pages show of the tick, and is sent before the
+log and the recorder get the tick. Garbage is collected while the control loop does not wait.
 """
 
 from __future__ import annotations

@@ -103,7 +103,7 @@ def limit_acceleration(
         decision: Decision of the navigator.
         before: Twist (3,) at the wheels until now.
         max_acceleration: m/s².
-        dt: Time until the next decision, s.
+        dt: Time since the last command, s.
     """
     velocity, last_velocity = decision.twist[:2], before[:2]
     speed = math.hypot(*velocity)

@@ -88,7 +88,7 @@ def measure_in_subprocess(task: Path, ends: threading.Event) -> Measured:
                 raise MeasuringPostponed
         try:
             answer: Measured | str = answers.recv()
-        except EOFError:
+        except (EOFError, OSError):  # it died before its answer, or in the middle of it
             process.join()
             answer = f"the ride was not measured: exit code {process.exitcode}"
     process.join()

@@ -383,7 +383,7 @@ class SessionStore(SessionArchive):
             write_atomically(self._file(ride, ".timeline"), measured.timeline)
         except MeasuringPostponed:
             return
-        except StoreError as error:
+        except (StoreError, OSError) as error:
             problem = f"{error}; its rows are kept in {rows.name}"
             self._background.write(lambda: self._set_aside(ride, problem))
             return
