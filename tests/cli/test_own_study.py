@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from cohelm.cli.options import Options
+
 DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 STUDY = re.search(r"## Your own study.*?```python\n(.*?)```", DOCS.read_text(), re.DOTALL)[1]
 
@@ -66,6 +68,7 @@ def test_a_study_that_has_changed_is_not_resumed(cohelm, study):
         ("s8.py", [('"ss_mpc_dcbf", "dwa"]', '"ss_mpc_dcfb", "dwa"]')], (), "did you mean"),
         ("s9.py", [("(places, common", "(common")], (), "one axis of a study names a scenario"),
         ("s10.py", [], ("--set", "floor_plan.doors.0.width=1.4"), "is set by 'door, 0.84 m'"),
+        ("s13.py", [(".checked()", "")], ("--set", "floor_plan.doors.0.width=1.4"), "is set by"),
         ("s11.py", [], ("--set", "local_planner.use=mpc"), "is set by --planners"),
         ("s12.py", [("report = partial(ride_report", "report = lambda r, f: (partial(ride_report"),
                     ("claims=CLAIMS))", "claims=CLAIMS)))")],
@@ -79,6 +82,14 @@ def test_a_fault_in_a_study_is_said_in_one_line(cohelm, study, name, changes, op
     code, out, err = cohelm("bench", study(name, *changes), *options)
     assert (code, out, len(err.splitlines())) == (2, "", 1)
     assert says in err
+
+
+def test_a_list_of_options_without_a_default_may_be_empty():
+    def create(settings: tuple[str, ...], speeds: tuple[float, ...] = (1.0,)):
+        return settings, speeds
+
+    given = Options(create).values({"settings": None, "speeds": []})
+    assert create(**given) == ((), (1.0,))
 
 
 def test_a_name_that_is_none(cohelm, study):

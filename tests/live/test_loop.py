@@ -6,8 +6,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from cohelm.errors import PlatformError
 from cohelm.live.control import world_factory
 from cohelm.live.control.cycle_state import CycleState
+from cohelm.live.control.driver_link import LinkState, RequiredAction
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.mission import Mission
 from cohelm.live.control.step_timing import STEP
@@ -127,6 +129,24 @@ def test_a_fault_of_the_loop_stops_the_chair_and_pages_still_get_its_state(caplo
     assert caplog.text.count("Traceback") == 1
 
 
+def test_pages_hear_of_a_chair_that_takes_no_command():
+    rig = Rig(build_scenario(load_scenario("empty"), 0))
+    rig.drive()
+    rig.steps(2, 0.8)
+
+    def lost(decision):
+        raise PlatformError("the chair is gone")
+
+    loop = made_loop(rig.cycle, rig.driver, rig.send)
+    rig.cycle.world.apply = lost
+    rig.told.clear()
+    loop.start()
+    try:
+        until(lambda: any(s.reason and s.reason.code == "program_failed" for s in rig.of("state")))
+    finally:
+        loop.close()
+
+
 def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatch, caplog):
     def fault(*_):
         raise ValueError("no such thing")
@@ -135,7 +155,9 @@ def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatc
     told, chair = [], Stand()
     chair.world = SimpleNamespace(close=lambda: None, wait=None)
     factory = world_factory.WorldFactory(None)
-    loop = made_loop(chair, DriverState(), lambda message, _: told.append(message.code), factory)
+    driver = DriverState(link=LinkState(required=RequiredAction.NOTHING))
+    loop = made_loop(chair, driver, lambda message, _: told.append(message.code), factory)
+    loop.error = "The navigator does not start."
     loop._thread.start()
     try:
         loop.call(lambda: loop.restart_world(7))
@@ -146,7 +168,8 @@ def test_a_world_that_cannot_be_built_leaves_the_drive_in_the_old_one(monkeypatc
     finally:
         loop.close()
     assert told == ["world_failed"]
-    assert loop.error == ""
+    assert loop.error == "The navigator does not start."  # as before
+    assert driver.link.required is RequiredAction.CENTRE
     assert "ValueError: no such thing" in caplog.text
     assert loop._seed == 0
 

@@ -243,5 +243,5 @@ def _numbers(pid):
 
 
 def _spent(pid):
-    """User and system time, in the kernel's ticks."""
-    return sum(_numbers(pid)[10:12])
+    """User and system time, in the kernel's ticks; 0 of a process that has ended meanwhile."""
+    return sum(_numbers(pid)[10:12]) if _read(pid, "stat") else 0

@@ -13,7 +13,6 @@ from typer.core import TyperGroup
 
 from cohelm.cli.options import Options, command
 from cohelm.cli.requests import BenchRequest
-from cohelm.config import nearest
 from cohelm.errors import ConfigError
 
 BENCHES = {
@@ -123,6 +122,8 @@ class _Benches(TyperGroup):
             return name, command_of(Path(name).stem, module_of(Path(name))), args[1:]
         if name in BENCHES:
             return name, command_of(name, *BENCHES[name]), args[1:]
+        from cohelm.config import nearest  # pydantic takes its time to import
+
         if Path(f"{name}.py").is_file():
             raise ConfigError(f"no benchmark is called {name!r}; a study's file is named {name}.py")
         raise ConfigError(f"no benchmark is called {name!r}{nearest(name, BENCHES)}")
