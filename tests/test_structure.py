@@ -63,7 +63,7 @@ BUDGET = {
     "control": (8750, 56),
     "evaluation": (8075, 51),
     "health": (2125, 12),
-    "live": (9900, 63),
+    "live": (9925, 63),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5325, 36),
