@@ -25,7 +25,7 @@ class Options:
     def __init__(self, target: Callable[..., Any], omit: Collection[str] = ()) -> None:
         function = target.func if isinstance(target, functools.partial) else target
         hints = get_type_hints(function, include_extras=True)
-        self._forms: dict[str, tuple[Any, Any, bool]] = {}
+        self._forms: dict[str, tuple[Any, bool, Any]] = {}
         for name, each in inspect.signature(target).parameters.items():
             if name in omit:
                 continue
