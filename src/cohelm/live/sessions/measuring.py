@@ -54,7 +54,7 @@ def task_of(log: RideLog, scenario: Scenario, robot: Robot, grid: OccupancyGrid)
 
 
 class Measured(NamedTuple):
-    """What is kept of a ride besides its summary."""
+    """Measures of a ride, its map and its timeline, beside its summary."""
 
     measures: dict[str, float]
     png: bytes
