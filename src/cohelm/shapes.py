@@ -29,7 +29,7 @@ from numba import njit
 from numba.extending import register_jitable
 
 from cohelm.arrays import Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 PRINTED = 0
 CONTOUR = 1
@@ -122,7 +122,7 @@ def support(shape: RadialShape, cos: float, sin: float) -> float:
     return best
 
 
-@njit(**CACHED)
+@callee()
 def nearest_support(direction: Floats, far: Floats, x: float, y: float) -> tuple[float, int]:
     """(distance, k) of a point to a hull: the maximum of p·u − s, and its direction's index.
 

@@ -21,7 +21,7 @@ from cohelm.control.terms.encounter import (
 )
 from cohelm.control.terms.norms import norm_gradient
 from cohelm.control.terms.stage import Stage
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 from cohelm.maps.distance import sample
 
 _FAR = 1e6
@@ -30,7 +30,7 @@ _NEAR, _NEAR_WALL = 0.6, 0.25
 """Rows with a larger margin cannot become active within one linearisation, m."""
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def keep_stages(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
     """Record the planned states of the linearised trajectory."""
     stage = first_stage(scene)
@@ -45,13 +45,13 @@ def keep_stages(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
         row[5], row[6] = math.cos(angle), math.sin(angle)
 
 
-@njit(**INNER)
+@callee(INNER)
 def _stage(w: SolverWorkspace, k: int) -> Stage:
     row = w.stages[k]
     return Stage(k, row[0], row[1], row[2], row[3], row[4], 0.0, 0.0, 0, 0.0)
 
 
-@njit(**INNER)
+@callee(INNER)
 def step_sensitivity(
     scene: Scene, poses: Floats, k: int, j: int, i: int, course: tuple[float, float]
 ) -> tuple[float, float, float]:
@@ -70,13 +70,13 @@ def step_sensitivity(
     )
 
 
-@njit(**INNER)
+@callee(INNER)
 def step_course(w: SolverWorkspace, j: int) -> tuple[float, float]:
     """(cos, sin) of the translation of step j."""
     return w.stages[j, 5], w.stages[j, 6]
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
     """Rows for rise and fall of every input and for the facets; bounds of the inputs.
 
@@ -130,7 +130,7 @@ def limit_rows(scene: Scene, w: SolverWorkspace, inputs: Floats) -> int:
     return at
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def person_rows(
     scene: Scene, o: Objective, w: SolverWorkspace, at: int, kind: int, q: int, first_key: int
 ) -> int:
@@ -170,7 +170,7 @@ def person_rows(
     return at
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _add_gradient(
     scene: Scene,
     o: Objective,
@@ -194,7 +194,7 @@ def _add_gradient(
     _add_row(scene, w, at, k, (share * gx, share * gy, share * ga))
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _add_row(
     scene: Scene, w: SolverWorkspace, at: int, k: int, g: tuple[float, float, float]
 ) -> None:
@@ -208,7 +208,7 @@ def _add_row(
             row[j * m + i] += g[0] * sx + g[1] * sy + g[2] * sa
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def wall_rows(scene: Scene, w: SolverWorkspace, at: int, first_key: int) -> int:
     """Rows of the footprint's discs near walls."""
     walls, robot, grid = scene.walls, scene.robot, scene.walls.grid

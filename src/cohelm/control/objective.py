@@ -51,14 +51,14 @@ from cohelm.control.terms import (
 from cohelm.control.terms.encounter import own_extent, person_extent, state_encounter
 from cohelm.control.terms.norms import norm_gap
 from cohelm.control.terms.stage import Encounter, LocalModel, Stage
-from cohelm.kernels import CACHED, INNER, KERNEL
+from cohelm.kernels import CACHED, INNER, KERNEL, callee
 from cohelm.maps.distance import sample
 
 _BODY, _SOCIAL = 0, 1
 """Columns of ``Objective.start`` and of ``Workspace.before``."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def first_stage(scene: Scene) -> Stage:
     """The robot now."""
     x, y, heading = scene.robot.start[0], scene.robot.start[1], scene.robot.start[2]
@@ -79,7 +79,7 @@ def start_values(scene: Scene, norm: int) -> Floats:
     return out
 
 
-@njit(**INNER)
+@callee(INNER)
 def body_value(scene: Scene, e: Encounter, state: Floats, q: int, k: int, norm: int) -> float:
     """Value h of a body, m."""
     margin: float = state[MARGIN]
@@ -89,13 +89,13 @@ def body_value(scene: Scene, e: Encounter, state: Floats, q: int, k: int, norm: 
     return norm_gap(e, scene.path.poses[k, 2], size, norm)
 
 
-@njit(**INNER)
+@callee(INNER)
 def social_value(people: PeopleTable, e: Encounter, state: Floats) -> float:
     """Value h of a social space, m; Xu et al., eq. (8)."""
     return e.gap - person_extent(people, state, e) - own_extent(people, e)
 
 
-@njit(**INNER)
+@callee(INNER)
 def begin(scene: Scene, o: Objective, work: Workspace) -> Stage:
     """Reset the workspace, and return the stage of the robot now."""
     work.by_term[:] = 0.0
@@ -108,7 +108,7 @@ def begin(scene: Scene, o: Objective, work: Workspace) -> Stage:
     return first_stage(scene)
 
 
-@njit(**INNER)
+@callee(INNER)
 def advanced(scene: Scene, stage: Stage, u: Floats) -> Stage:
     """The stage after a step with input u (m,)."""
     m, step = u.shape[0], scene.step
@@ -128,7 +128,7 @@ def advanced(scene: Scene, stage: Stage, u: Floats) -> Stage:
     return Stage(stage.k + 1, x, y, heading, math.cos(heading), math.sin(heading), s, d, i, speed)
 
 
-@njit(**INNER)
+@callee(INNER)
 def step_cost(
     scene: Scene,
     o: Objective,
@@ -181,7 +181,7 @@ def step_cost(
     return total, touches
 
 
-@njit(**INNER)
+@callee(INNER)
 def final_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> float:
     """Cost of the last state, s."""
     late = progress.final_cost(o.progress, scene.path, stage)
@@ -191,7 +191,7 @@ def final_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> flo
     return late + turned
 
 
-@njit(**INNER)
+@callee(INNER)
 def _wall_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> tuple[float, bool]:
     """(cost of the walls at a stage, whether one is touched)."""
     walls, robot, grid = scene.walls, scene.robot, scene.walls.grid
@@ -216,7 +216,7 @@ def _wall_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> tup
     return cost, nearest.touches
 
 
-@njit(**INNER)
+@callee(INNER)
 def _people_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> float:
     """Cost of all people at a stage."""
     people, robot, k = scene.people, scene.robot, stage.k
@@ -258,7 +258,7 @@ def _people_cost(scene: Scene, o: Objective, stage: Stage, work: Workspace) -> f
     return total
 
 
-@njit(**INNER)
+@callee(INNER)
 def _priced(
     t: barrier.BarrierTable, kind: int, h: float, q: int, person: int, work: Workspace
 ) -> float:
@@ -293,7 +293,7 @@ def trajectory_cost(
     return total + final_cost(scene, o, stage, work)
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def add_models(scene: Scene, o: Objective, inputs: Floats, q: LocalModel) -> None:
     """Fill the local model of all terms along inputs (L, m); barriers add rows, see ``sqp``."""
     q.pose_gradient[:] = 0.0

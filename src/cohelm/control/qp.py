@@ -12,7 +12,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.control.daqp_call import NO_BOUND, DaqpAddresses, solve_dense
 from cohelm.control.solver_tables import SolverWorkspace
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 _FIRST, _TIGHT = 96, 0.05
 """First program: maximum number of soft rows, and the margin below which they are used, m."""
@@ -53,7 +53,7 @@ def minimise(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     return 1
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _nth(values: Floats, n: int) -> float:
     """The value with n smaller ones, by bisection: sorting is dear to compile."""
     low: float = values[0]
@@ -71,7 +71,7 @@ def _nth(values: Floats, n: int) -> float:
     return low
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _solve_used(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     """Solve with the used rows only: DAQP's flag."""
     p = w.program
@@ -92,7 +92,7 @@ def _solve_used(daqp: DaqpAddresses, w: SolverWorkspace, count: int) -> int:
     return flag
 
 
-@njit(**INNER)
+@callee(INNER)
 def _choose(w: SolverWorkspace, count: int) -> tuple[int, int]:
     """Numbers of used rows and of their slacks, which get a column each."""
     rows, p = w.rows, w.program
@@ -113,7 +113,7 @@ def _choose(w: SolverWorkspace, count: int) -> tuple[int, int]:
     return n, num_slacks
 
 
-@njit(**INNER)
+@callee(INNER)
 def _fill_objective(w: SolverWorkspace, num_slacks: int, whole: Floats) -> None:
     """Fill the Hessian ``whole``, the gradient and the bounds of inputs and slacks."""
     p = w.program
@@ -130,7 +130,7 @@ def _fill_objective(w: SolverWorkspace, num_slacks: int, whole: Floats) -> None:
         p.slope[at], p.upper[at], p.lower[at], p.dual[at] = p.l1[s], NO_BOUND, 0.0, p.of_slacks[s]
 
 
-@njit(**INNER)
+@callee(INNER)
 def _fill_rows(w: SolverWorkspace, n: int, stacked: Floats) -> None:
     """Fill the ``n`` used rows with their bounds."""
     rows, p = w.rows, w.program
@@ -147,7 +147,7 @@ def _fill_rows(w: SolverWorkspace, n: int, stacked: Floats) -> None:
         p.dual[at] = p.of_rows[rows.key[r]]
 
 
-@njit(**INNER)
+@callee(INNER)
 def _keep_solution(w: SolverWorkspace, n: int, num_slacks: int) -> None:
     """Keep slacks and multipliers, also for a warm start; those of unused rows are 0."""
     rows, p = w.rows, w.program
@@ -164,7 +164,7 @@ def _keep_solution(w: SolverWorkspace, n: int, num_slacks: int) -> None:
         p.of_rows[rows.key[rows.chosen[i]]] = p.multipliers[x + num_slacks + i]
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _finite(values: Floats) -> bool:
     total = 0.0
     for each in values:
@@ -172,7 +172,7 @@ def _finite(values: Floats) -> bool:
     return bool(np.isfinite(total))
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _add_violated(w: SolverWorkspace, count: int) -> bool:
     """Check the unused rows; if one is violated, use it, and all that are nearly violated."""
     rows, p = w.rows, w.program

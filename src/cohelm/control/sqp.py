@@ -34,7 +34,7 @@ from cohelm.control.objective_tables import Objective
 from cohelm.control.qp import minimise
 from cohelm.control.scene import Scene
 from cohelm.control.solver_tables import SolverWorkspace
-from cohelm.kernels import KERNEL
+from cohelm.kernels import KERNEL, callee
 
 _DAMPING = 1e-4
 """Added to the diagonal, so that every program has one solution."""
@@ -131,14 +131,14 @@ def linearise(scene: Scene, o: Objective, w: SolverWorkspace, inputs: Floats) ->
     return count
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _copy(source: Floats, target: Floats) -> None:
     for k in range(source.shape[0]):
         for i in range(source.shape[1]):
             target[k, i] = source[k, i]
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _condense(scene: Scene, w: SolverWorkspace, inputs: Floats) -> None:
     """Gradient and Hessian by all planned inputs, from the local models; see the module's text."""
     poses, q, p = w.poses[0], w.model, w.program

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, SignedBytes
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import FREE, UNKNOWN, DistanceField, OccupancyGrid, distance_field
 from cohelm.maps.distance import sample
 from cohelm.planar_fit import add_row, newton_step
@@ -105,7 +105,7 @@ def fit_map(
     return MapFit(kinds, expected, hit, short, through, missing, offset, gain)
 
 
-@njit(**CACHED)
+@callee()
 def _cell(known: SolidMap, x: float, y: float) -> tuple[int, int, bool]:
     """Row and column of a map point, and True if it lies on the map."""
     c, s = math.cos(known.X_MG[2]), math.sin(known.X_MG[2])
@@ -116,7 +116,7 @@ def _cell(known: SolidMap, x: float, y: float) -> tuple[int, int, bool]:
     return int(row), int(col), inside
 
 
-@njit(**CACHED)
+@callee()
 def _expected(known: SolidMap, X_MS: Floats, angle: float, range_max: float) -> float:
     """Range to the first occupied cell, m; +inf: none, NaN: unknown cells come first."""
     ux, uy = math.cos(X_MS[2] + angle), math.sin(X_MS[2] + angle)

@@ -49,7 +49,7 @@ from cohelm.health.parameters import HealthParameters
 from cohelm.health.stick import StickHistory, update_stick
 from cohelm.health.sweeps import PosesAtSweep, ScannerState, update_scanner
 from cohelm.health.values import Health, LocalisationHealth, LocalisationState
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Mode, Observation, Reason, Request, Scan
 from cohelm.robots import Robot, move
 
@@ -156,7 +156,7 @@ def _follow(
     return quick, slow, delayed, over, lacking
 
 
-@njit(**CACHED)
+@callee()
 def _ramped(value: float, target: float, rise: float, fall: float) -> float:
     """Value that approaches the target: away from zero by ``rise``, towards zero by ``fall``."""
     if target > value:

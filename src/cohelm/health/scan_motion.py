@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.planar_fit import add_row, newton_step
 
 _PASSES = ((0.6, 0.3), (0.5, 0.2), (0.4, 0.15), (0.3, 0.1), (0.2, 0.08), (0.2, 0.06), (0.2, 0.05))
@@ -101,7 +101,7 @@ def _match(earlier: Sweep, now: Sweep, guess: Floats) -> tuple[Floats, float, fl
     return pose, share, at_guess, compared
 
 
-@njit(**CACHED)
+@callee()
 def _points(now: Sweep) -> Floats:
     """Returns (n, 2) of about 90 beams in the sensor's frame, m."""
     b = len(now.ranges)
@@ -116,7 +116,7 @@ def _points(now: Sweep) -> Floats:
     return out[:n]
 
 
-@njit(**CACHED)
+@callee()
 def _normal_equations(
     earlier: Sweep, points: Floats, pose: Floats, reach: float, scale: float
 ) -> tuple[Floats, Floats, int, int]:
@@ -139,7 +139,7 @@ def _normal_equations(
     return H, g, inliers, compared
 
 
-@njit(**CACHED)
+@callee()
 def _surface(earlier: Sweep, x: float, y: float, reach: float) -> _Surface:
     """Surface of the earlier sweep in the direction of a point (x, y), m."""
     m = len(earlier.ranges)
@@ -168,7 +168,7 @@ def _surface(earlier: Sweep, x: float, y: float, reach: float) -> _Surface:
     return _Surface(_NEAR, nx, ny, nx * (x - ax) + ny * (y - ay))
 
 
-@njit(**CACHED)
+@callee()
 def _chord(earlier: Sweep, j: int, j1: int, full: bool) -> tuple[int, int]:
     """Beams of a longer chord where the surface goes on smoothly, else ``j`` and ``j1``.
 

@@ -30,7 +30,7 @@ from cohelm.health.agreement import ratio
 from cohelm.health.map_fit import BeamTable, MapFit, SolidMap, fit_map
 from cohelm.health.parameters import HealthParameters
 from cohelm.health.scan_motion import ScanMotion, Sweep, scan_motion
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Scan
 
 _FAR = 6.0
@@ -128,7 +128,7 @@ def _free_objects(ranges: Floats, first: float, increment: float) -> Floats:
     return out[:n]
 
 
-@njit(**CACHED)
+@callee()
 def _joined(ranges: Floats, i: int, j: int) -> bool:
     """Check that two neighbouring beams meet one object."""
     one, other = ranges[i], ranges[j]

@@ -9,7 +9,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.grid import OccupancyGrid
 
 _FAR = np.float32(1 << 20)
@@ -105,7 +105,7 @@ def _signed_distance(blocked: Booleans, resolution: float, out: Floats32) -> Non
             out[r, c] = ((half - d) if blocked[r, c] else (d - half)) * side
 
 
-@njit(**CACHED)
+@callee()
 def _distance_upward(blocked: Booleans, out: Floats32) -> None:
     """Cells from each cell up its column to the first one of the other kind."""
     rows, cols = blocked.shape
@@ -115,7 +115,7 @@ def _distance_upward(blocked: Booleans, out: Floats32) -> None:
             out[r, c] = out[r - 1, c] + _STEP if blocked[r, c] == blocked[r - 1, c] else _STEP
 
 
-@njit(**CACHED)
+@callee()
 def _along_run(
     height: Floats, a: int, b: int, at: Integers, bound: Floats, halves: Floats, squared: Floats
 ) -> None:

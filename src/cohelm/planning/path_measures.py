@@ -14,7 +14,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import arc_length, inverse, resample, transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import CostmapFilter, DistanceField
 from cohelm.maps.masks import speed_limit_at
 from cohelm.messages import Path, Wish
@@ -148,7 +148,7 @@ def least_gap_of(body: FootprintModel, outline: Floats, poses: Floats) -> float:
     return best
 
 
-@njit(**CACHED)
+@callee()
 def _gap(body: FootprintModel, outline: Floats, pose: Floats, most: float) -> float:
     """Distance from the outline at a pose to blocked cells; ∞ if it is ``most`` or more."""
     x, y, heading = pose
@@ -174,13 +174,13 @@ def _gap(body: FootprintModel, outline: Floats, pose: Floats, most: float) -> fl
     return best if best < most else np.inf
 
 
-@njit(**CACHED)
+@callee()
 def _cell(x: float, resolution: float, count: int) -> int:
     """Index of the cell of a coordinate, or the nearest one."""
     return int(min(max(x / resolution, 0.0), float(count - 1)))
 
 
-@njit(**CACHED)
+@callee()
 def _to_square(corners: Floats, left: float, low: float, side: float) -> float:
     """Distance between a polygon (k, 2) and a square that it does not overlap."""
     best = np.inf

@@ -16,7 +16,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, value
 from cohelm.config import Model
 from cohelm.geometry import arc_length
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Path, Reference
 from cohelm.robots import Robot
 
@@ -167,7 +167,7 @@ def _drive(
     return poses, speeds, at
 
 
-@njit(**CACHED)
+@callee()
 def _project(
     along: Floats, line: Floats, x: float, y: float, progress: float
 ) -> tuple[float, float]:
@@ -193,7 +193,7 @@ def _project(
     return at, aside
 
 
-@njit(**CACHED)
+@callee()
 def _speed_limits(
     along: Floats, curvature: Floats, wanted: float, brake: float, lateral: float, turn: float
 ) -> Floats:
@@ -208,13 +208,13 @@ def _speed_limits(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _limit_at(along: Floats, allowed: Floats, s: float) -> float:
     """Speed limit at arc length ``s``: linear in the squared speed between points."""
     return math.sqrt(max(_interpolate(along, allowed, s), 0.0))
 
 
-@njit(**CACHED)
+@callee()
 def _limit_ahead(
     along: Floats, allowed: Floats, s: float, v: float, step: float, most: float
 ) -> float:
@@ -231,7 +231,7 @@ def _limit_ahead(
     return low if low > 1e-6 else 0.0
 
 
-@njit(**CACHED)
+@callee()
 def _branch(
     tangent: float, aside: float, approach: float, heading: float, turning: float
 ) -> tuple[float, float]:
@@ -246,7 +246,7 @@ def _branch(
     return branch, abs(joining)
 
 
-@njit(**CACHED)
+@callee()
 def _interpolate(xs: Floats, ys: Floats, x: float) -> float:
     """Linear interpolation; the end values hold beyond the ends."""
     n = xs.shape[0]

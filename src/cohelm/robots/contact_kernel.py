@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.distance import sample
 from cohelm.robots.braking import STANDING
 from cohelm.robots.capsule import gap_to_disc, nearest_on_spine_in_map
@@ -155,7 +155,7 @@ def contact_kernel(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) -> bool:
     """Check whether a disc is closer to a wall than its margin (c,)."""
     for j in range(discs.shape[0]):  # noqa: SIM110  # numba compiles no generator
@@ -164,7 +164,7 @@ def _touches_wall(discs: Floats, pose: Floats, walls: WallGrid, margin: Floats) 
     return False
 
 
-@njit(**CACHED)
+@callee()
 def _touches(
     capsule: Floats,
     poses: Floats,
@@ -194,7 +194,7 @@ def _touches(
     return gap < min(most, max(stood - _NO_WORSE, floor)) or floor == np.inf
 
 
-@njit(**CACHED)
+@callee()
 def _ignored(
     capsule: Floats,
     poses: Floats,
@@ -220,7 +220,7 @@ def _ignored(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _needs_no_braking(
     capsule: Floats,
     pose: Floats,
@@ -255,7 +255,7 @@ def _needs_no_braking(
     return True
 
 
-@njit(**CACHED)
+@callee()
 def _counted(weight: Floats, min_probability: float) -> Integers:
     """(person, hypothesis) (p, 2) of the probable hypotheses, and of each person's most likely."""
     n, h = weight.shape
@@ -271,7 +271,7 @@ def _counted(weight: Floats, min_probability: float) -> Integers:
     return out[:count]
 
 
-@njit(**CACHED)
+@callee()
 def _people_margins(
     capsule: Floats, pose: Floats, bodies: Bodies, counted: Integers, margins: ContactMargins
 ) -> tuple[Floats, Floats, Floats]:

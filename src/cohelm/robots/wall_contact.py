@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 
@@ -30,7 +30,7 @@ def wall_grid(walls: DistanceField) -> WallGrid:
     return WallGrid(walls.distance, walls.resolution, walls.X_MG)
 
 
-@njit(**CACHED)
+@callee()
 def wall_gap(disc: Floats, pose: Floats, walls: WallGrid) -> float:
     """Gap between a disc (x, y, radius) of a robot at ``pose`` and the nearest wall, m."""
     cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -40,7 +40,7 @@ def wall_gap(disc: Floats, pose: Floats, walls: WallGrid) -> float:
     return gap
 
 
-@njit(**CACHED)
+@callee()
 def circumscribed(discs: Floats) -> float:
     """Radius about the pose that holds all discs (c, 3), and the capsule with them, m."""
     around = 0.0

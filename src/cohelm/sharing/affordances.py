@@ -20,7 +20,7 @@ from numba import njit
 
 from cohelm.arrays import Floats, read_only
 from cohelm.geometry import wrap_angle
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.robots import Robot
@@ -178,7 +178,7 @@ def free_lengths(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _gap(walls: WallGrid, standing: Floats, x: float, y: float) -> float:
     """Distance from a point to the nearest wall or person, m."""
     gap = sample(walls.distance, walls.resolution, walls.X_MG, x, y)[0]
@@ -217,7 +217,7 @@ def find_passage(walls: WallGrid, position: Floats, heading: float, length: floa
     return best
 
 
-@njit(**CACHED)
+@callee()
 def _to_wall(walls: WallGrid, x: float, y: float, heading: float) -> float:
     """Distance to the wall in a direction, m; +inf beyond the width of a narrow passage."""
     cos, sin, s = math.cos(heading), math.sin(heading), 0.0

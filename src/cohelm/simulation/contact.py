@@ -9,7 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats
 from cohelm.geometry import distance_to_polygon, transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import OccupancyGrid
 from cohelm.simulation.wall_geometry import SurfaceCells, near_cells, to_grid_frame, walls_of
 
@@ -79,7 +79,7 @@ def _to_cells(polygon: Floats, solid: Booleans, cells: SurfaceCells) -> float:
         radius *= 2.0
 
 
-@njit(**CACHED)
+@callee()
 def _nearest_cell(
     polygon: Floats, cells: Floats, half: float, x: float, y: float, extent: float
 ) -> float:
@@ -107,7 +107,7 @@ def _nearest_cell(
     return gap
 
 
-@njit(**CACHED)
+@callee()
 def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
     """Distance from a polygon to one square cell; ≤ 0 where they overlap."""
     square = np.empty((4, 2))
@@ -127,7 +127,7 @@ def _to_cell(polygon: Floats, cx: float, cy: float, half: float) -> float:
     return gap
 
 
-@njit(**CACHED)
+@callee()
 def _cuts_square(a: Floats, b: Floats, cx: float, cy: float, half: float) -> bool:
     """Check that the segment from ``a`` to ``b`` enters a square (slab test)."""
     low, high = 0.0, 1.0

@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, read_only, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import OccupancyGrid
 
 _TILE = 1.0
@@ -97,7 +97,7 @@ def _buried(blocked: Booleans) -> Booleans:
     return buried
 
 
-@njit(**CACHED)
+@callee()
 def near_cells(cells: SurfaceCells, x: float, y: float, distance: float) -> Floats:
     """Centres (k, 2) of the surface cells within a distance of a point of the grid's frame."""
     # Range of the buckets that the square about the point covers.
@@ -127,7 +127,7 @@ def near_cells(cells: SurfaceCells, x: float, y: float, distance: float) -> Floa
     return out[:count]
 
 
-@njit(**CACHED)
+@callee()
 def to_grid_frame(cells: SurfaceCells, x: float, y: float) -> tuple[float, float]:
     """Transform a point of the map frame to the grid's frame."""
     cos, sin = math.cos(cells.X_MG[2]), math.sin(cells.X_MG[2])

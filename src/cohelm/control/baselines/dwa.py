@@ -23,7 +23,7 @@ from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.braking import STANDING
@@ -172,7 +172,7 @@ def velocity_costs(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _bounds(window: DynamicWindow, weights: DwaWeights) -> _Bounds:
     start, walls = window.start, window.walls
     wall_gaps = wall_margins(window.discs, start, walls, weights.wall_margin)
@@ -188,7 +188,7 @@ def _bounds(window: DynamicWindow, weights: DwaWeights) -> _Bounds:
     return _Bounds(wall_gaps, people_gaps, wall_range, people_range, free)
 
 
-@njit(**CACHED)
+@callee()
 def _obstacles(
     poses: Floats, window: DynamicWindow, weights: DwaWeights, bounds: _Bounds
 ) -> tuple[bool, int, float]:
@@ -243,7 +243,7 @@ def _obstacles(
     return safe, first_contact, proximity
 
 
-@njit(**CACHED)
+@callee()
 def _path_and_goal(
     poses: Floats,
     window: DynamicWindow,

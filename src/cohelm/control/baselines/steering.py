@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.arrays import Floats
 from cohelm.control.api import LocalProblem
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.robots import InputBounds
 
 
@@ -43,13 +43,13 @@ def steering_of(problem: LocalProblem, gain: float, step: float) -> Steering:
     )
 
 
-@njit(**CACHED)
+@callee()
 def wrapped(angle: float) -> float:
     """``angle`` in [−π, π), rad."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@njit(**CACHED)
+@callee()
 def twist_toward(
     heading_error: float, speed: float, steering: Steering
 ) -> tuple[float, float, float]:
@@ -63,7 +63,7 @@ def twist_toward(
     return speed * max(math.cos(heading_error), 0.0), 0.0, steering.gain * heading_error
 
 
-@njit(**CACHED)
+@callee()
 def advance(
     pose: Floats, inputs: Floats, twist: tuple[float, float, float], steering: Steering, k: int
 ) -> None:

@@ -37,7 +37,7 @@ from cohelm.control.baselines.tracking import plan_of
 from cohelm.control.trajectories import braking_trajectory, limited_trajectory
 from cohelm.control.validation import check_problem
 from cohelm.control.warm_start import estimate_current_input
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.distance import sample
 from cohelm.messages import LocalPlan, Status
 from cohelm.robots.capsule import nearest_on_spine_in_map
@@ -92,7 +92,7 @@ def optimise(band: Floats, weights: BandWeights, problem: BandProblem) -> tuple[
     return band, cost
 
 
-@njit(**CACHED)
+@callee()
 def _move(band: Floats, step: Floats, out: Floats) -> None:
     """``band`` minus a step (4n,), into ``out``."""
     for k in range(band.shape[0]):
@@ -156,7 +156,7 @@ def _assembled(
     return cost
 
 
-@njit(**CACHED)
+@callee()
 def _smoothness(
     band: Floats, matrix: Floats, right: Floats, weights: BandWeights, problem: BandProblem
 ) -> float:
@@ -191,7 +191,7 @@ def _smoothness(
     return cost
 
 
-@njit(**CACHED)
+@callee()
 def _add(
     matrix: Floats, right: Floats, first: int, slope: Floats, size: int, residual: float
 ) -> None:
@@ -204,7 +204,7 @@ def _add(
             matrix[first + a, a - b] += slope[a] * slope[b]
 
 
-@njit(**CACHED)
+@callee()
 def _edge(
     rows: Floats,
     k: int,
@@ -241,7 +241,7 @@ def _edge(
     out[10], out[11] = root * (rows[1, 0] - near[0]), root * (rows[1, 1] - near[1])
 
 
-@njit(**CACHED)
+@callee()
 def _limit_speeds(
     velocity: tuple[float, float, float],
     root: float,
@@ -259,7 +259,7 @@ def _limit_speeds(
     out[1] = root * _excess(w, -margin * limits.turn, margin * limits.turn)
 
 
-@njit(**CACHED)
+@callee()
 def _limit_accelerations(
     before: tuple[float, float, float],
     after: tuple[float, float, float],
@@ -277,7 +277,7 @@ def _limit_accelerations(
         out[2] = root * _change(before[1], after[1], time, limits)
 
 
-@njit(**CACHED)
+@callee()
 def _reach_goal(
     pose: Floats,
     velocity: tuple[float, float, float],
@@ -298,7 +298,7 @@ def _reach_goal(
         out[3] = math.sqrt(weights.acceleration) * change
 
 
-@njit(**CACHED)
+@callee()
 def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, float]:
     """(v_x, v_y, ω) of the interval that begins at ``rows[k]``, in the frame of its middle."""
     dt = max(rows[k, 3], 1e-3)
@@ -310,13 +310,13 @@ def _velocity(rows: Floats, k: int, holonomic: bool) -> tuple[float, float, floa
     return (cos * dx + sin * dy) / dt, sideways, turn / dt
 
 
-@njit(**CACHED)
+@callee()
 def _excess(x: float, low: float, high: float) -> float:
     """Distance of x outside [low, high], with its sign."""
     return max(x - high, 0.0) - max(low - x, 0.0)
 
 
-@njit(**CACHED)
+@callee()
 def _change(before: float, after: float, time: float, limits: BandLimits) -> float:
     """Excess of the acceleration over the robot's limits, m/s²."""
     sign = 1.0 if before + after >= 0.0 else -1.0

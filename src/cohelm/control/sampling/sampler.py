@@ -26,7 +26,7 @@ from cohelm.control.optimal_control import PreparedControl
 from cohelm.control.path import SPACING, PathTable
 from cohelm.control.sampling.arc_table import NO_PERTURBATION, arc_table, perturbations
 from cohelm.control.sampling.search import SearchBudget, evaluate_inputs, search_arcs
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 _NEAR = 3.0
 """A person who is never nearer than this is not passed, m."""
@@ -87,7 +87,7 @@ def passing_sides(poses: Floats, positions: Floats, path: PathTable) -> Integers
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _side_of_path(poses: Floats, samples: Floats) -> int:
     """Side of the largest lateral distance from the path; 0 if that is small."""
     largest = 0.0
@@ -103,7 +103,7 @@ def _side_of_path(poses: Floats, samples: Floats) -> int:
     return int(math.copysign(1.0, largest)) if abs(largest) > _BESIDE else 0
 
 
-@njit(**CACHED)
+@callee()
 def _turn_of_bearing(poses: Floats, positions: Floats) -> int:
     """Sign of the turn of the bearing from the robot to a person; 0 if nobody is passed."""
     # without square roots first: most people are far away

@@ -21,7 +21,7 @@ from cohelm.control.path import SPACING
 from cohelm.control.sampling.arc_table import END_1, END_2, NO_PERTURBATION, RETURN, SPEED_3
 from cohelm.control.scene import RobotTable, Scene
 from cohelm.control.terms.stage import Stage
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 _LOOKAHEAD = round(1.0 / SPACING)
 """Lookahead of the return to the path: 1 m, in samples."""
@@ -30,7 +30,7 @@ _GAIN = 2.5
 _FULL = 2.0 * math.pi
 
 
-@njit(**INNER)
+@callee(INNER)
 def request_input(
     scene: Scene,
     base: Floats,
@@ -87,7 +87,7 @@ def request_input(
         requested[2] = 0.5 * _GAIN * (error - _FULL * round(error / _FULL))
 
 
-@njit(**INNER)
+@callee(INNER)
 def limit_input(robot: RobotTable, max_speed: float, step: float, k: int, inputs: Floats) -> None:
     """Reduce the input at step k to the limits of speed, acceleration and jerk.
 
@@ -127,7 +127,7 @@ def limit_input(robot: RobotTable, max_speed: float, step: float, k: int, inputs
             u[i] = min(max(u[i], min(robot.low[i], before)), max(highest, before))
 
 
-@njit(**INNER)
+@callee(INNER)
 def _change_limits(
     robot: RobotTable, step: float, k: int, i: int, inputs: Floats
 ) -> tuple[float, float]:
@@ -170,7 +170,7 @@ class RolloutResult(NamedTuple):
     """Step at which a wall is touched; L if none is."""
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def roll_out(
     scene: Scene,
     o: Objective,
@@ -219,7 +219,7 @@ def roll_out(
     return RolloutResult(cost if cost <= limit else np.inf, steps)
 
 
-@njit(**INNER)
+@callee(INNER)
 def _cost_of_stop(
     scene: Scene, o: Objective, stage: Stage, poses: Floats, work: Workspace
 ) -> float:
@@ -426,7 +426,7 @@ def evaluate_inputs(
                 slack[j] = max(slack[j], work.violation[kind, i])
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _try(scene: Scene, o: Objective, s: _Search, n: int, limit: float, work: Workspace) -> float:
     """Roll out arc ``n`` and record it: its cost."""
     cost = _roll(scene, o, s, n, limit, work)[0]
@@ -437,7 +437,7 @@ def _try(scene: Scene, o: Objective, s: _Search, n: int, limit: float, work: Wor
     return cost
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _roll(
     scene: Scene, o: Objective, s: _Search, n: int, limit: float, work: Workspace
 ) -> tuple[float, int]:
@@ -449,7 +449,7 @@ def _roll(
     return result.cost, result.stopped
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _roll_again(scene: Scene, o: Objective, s: _Search, n: int, work: Workspace) -> None:
     """Roll out arc ``n`` again; it brakes in time before a wall."""
     _, stopped = _roll(scene, o, s, n, np.inf, work)
@@ -463,7 +463,7 @@ def _roll_again(scene: Scene, o: Objective, s: _Search, n: int, work: Workspace)
                 s.inputs[k, i] = 0.0
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _cheapest_apart(s: _Search, arcs: int, count: int, limit: float) -> int:
     """Choose at most ``count`` arcs, cheapest first, each some distance from those before it."""
     n = 0
@@ -489,14 +489,14 @@ def _cheapest_apart(s: _Search, arcs: int, count: int, limit: float) -> int:
     return n
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _copy(source: Floats, target: Floats) -> None:
     for k in range(source.shape[0]):
         for i in range(source.shape[1]):
             target[k, i] = source[k, i]
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _brake_step(scene: Scene, inputs: Floats, poses: Floats, k: int) -> None:
     """Step ``k`` of braking as plans do, by the table's deceleration."""
     robot, step, m = scene.robot, scene.step, inputs.shape[1]

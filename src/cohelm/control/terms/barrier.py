@@ -21,7 +21,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.control.scene import Scene
-from cohelm.kernels import CACHED, INNER
+from cohelm.kernels import CACHED, INNER, callee
 
 REACH = 1.0
 """h saturates here, m."""
@@ -109,7 +109,7 @@ def _binding(weight: Floats, person: Integers, count: int, min_probability: floa
     return out
 
 
-@njit(**INNER)
+@callee(INNER)
 def price(t: BarrierTable, violation: float) -> float:
     """Price of the largest violation of a person or disc, s."""
     return t.l1 * violation + 0.5 * t.l2 * violation * violation

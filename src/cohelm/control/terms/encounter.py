@@ -9,7 +9,7 @@ from numba import njit
 from cohelm.arrays import Floats
 from cohelm.control.people_table import AHEAD, ASIDE, AXIS_X, AXIS_Y, BEHIND, PeopleTable
 from cohelm.control.terms.stage import Encounter, Stage
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 from cohelm.robots.capsule import nearest_on_spine
 
 _STEEPEST = 2.0
@@ -28,13 +28,13 @@ def encounter(
     return Encounter(gap, distance, ex, ey, nx, ny, sx, sy, inside)
 
 
-@njit(**INNER)
+@callee(INNER)
 def gap_gradient(e: Encounter) -> tuple[float, float, float]:
     """∂gap/∂(x, y, θ)."""
     return -e.nx, -e.ny, e.ex * e.sy - e.ey * e.sx
 
 
-@njit(**INNER)
+@callee(INNER)
 def person_extent(people: PeopleTable, state: Floats, e: Encounter) -> float:
     """l_i, the extent of a personal space towards the robot, m; Xu et al., eq. (5)."""
     cos = -(e.nx * state[AXIS_X] + e.ny * state[AXIS_Y])
@@ -44,7 +44,7 @@ def person_extent(people: PeopleTable, state: Floats, e: Encounter) -> float:
     return max(length, people.floor)
 
 
-@njit(**INNER)
+@callee(INNER)
 def own_extent(people: PeopleTable, e: Encounter) -> float:
     """l, the extent of the robot's own space towards the person, m."""
     along = people.own[0] if e.ex > 0.0 else people.own[1]
@@ -53,7 +53,7 @@ def own_extent(people: PeopleTable, e: Encounter) -> float:
     return max(length, people.own_floor)
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def extent_gradients(
     people: PeopleTable, state: Floats, e: Encounter
 ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -73,7 +73,7 @@ def extent_gradients(
     return (theirs * tx, theirs * ty, theirs * ta), (own * tx, own * ty, own * (ta - 1.0))
 
 
-@njit(**INNER)
+@callee(INNER)
 def _slope(
     along: float, aside: float, cos: float, sin: float, printed: bool, floor: float
 ) -> float:
@@ -86,7 +86,7 @@ def _slope(
     return -length * length * dq if printed else -0.5 * length * length * length * dq
 
 
-@njit(**INNER)
+@callee(INNER)
 def bounded(
     gradient: tuple[float, float, float],
 ) -> tuple[float, float, float]:
@@ -97,7 +97,7 @@ def bounded(
     return cut * gx, cut * gy, cut * ga
 
 
-@njit(**INNER)
+@callee(INNER)
 def state_encounter(people: PeopleTable, capsule: Floats, q: int, stage: Stage) -> Encounter:
     """Hypothesis q at a stage."""
     state = people.states[q, stage.k]

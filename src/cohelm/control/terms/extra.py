@@ -26,7 +26,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from llvmlite import ir
-from numba import cfunc, njit, types
+from numba import cfunc, types
 from numba.extending import intrinsic
 
 from cohelm.arrays import Floats, Integers
@@ -34,7 +34,7 @@ from cohelm.control.api import LocalProblem
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
 from cohelm.errors import ConfigError, ControlError
-from cohelm.kernels import KERNEL
+from cohelm.kernels import KERNEL, callee
 
 TIME, X, Y, HEADING, SPEED, TURN, S, D, TANGENT = range(9)
 """Entries of ``z``: time ahead, s; pose in the map frame; speed, m/s; turn rate, rad/s; arc length
@@ -134,13 +134,13 @@ _call: Any = intrinsic(_call_residual)
 """Without the typing context, which numba passes."""
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def _fill(z: Floats, time: float, stage: Stage, turn: float, tangent: float) -> None:
     z[TIME], z[X], z[Y], z[HEADING] = time, stage.x, stage.y, stage.heading
     z[SPEED], z[TURN], z[S], z[D], z[TANGENT] = stage.speed, turn, stage.s, stage.d, tangent
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floats) -> float:
     """Cost of a stage, s; also added to ``by_term`` (q,)."""
     total, z = 0.0, t.state
@@ -152,7 +152,7 @@ def cost(t: ExtraTable, stage: Stage, turn: float, tangent: float, by_term: Floa
     return total
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: ExtraTable, stage: Stage, u: Floats, n_linear: int, tangent: float, q: LocalModel
 ) -> None:

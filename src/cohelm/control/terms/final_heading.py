@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.path import SPACING, PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_curvature, add_slope
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "final_heading"
 _AIM = round(2.0 / SPACING)
@@ -39,7 +38,7 @@ class FinalHeadingTable(NamedTuple):
     """Only the path's own heading counts."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def _error(t: FinalHeadingTable, path: PathTable, stage: Stage) -> tuple[float, float, float]:
     """(heading error, rad; its derivatives by x and y, rad/m); that by the heading is 1."""
     ahead = min(stage.i_path + _AIM, path.samples.shape[0] - 1)
@@ -55,13 +54,13 @@ def _error(t: FinalHeadingTable, path: PathTable, stage: Stage) -> tuple[float, 
     return stage.heading - wanted, -dy / square, dx / square
 
 
-@njit(**INNER)
+@callee(INNER)
 def final_cost(t: FinalHeadingTable, path: PathTable, stage: Stage) -> float:
     """Cost of the last state, s."""
     return t.weight * (1.0 - math.cos(_error(t, path, stage)[0]))
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def final_model(t: FinalHeadingTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of the last state: 1 − cos e = ½ (2 sin e/2)²."""
     error, ex, ey = _error(t, path, stage)

@@ -6,14 +6,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.scene import GroupTable, Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "group_space"
 _ROUNDING = 1e-9
@@ -44,7 +43,7 @@ class GroupSpaceTable(NamedTuple):
     """m."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: GroupSpaceTable, groups: GroupTable, stage: Stage) -> float:
     """Cost of a stage, s: the sum over all groups."""
     total = 0.0
@@ -58,7 +57,7 @@ def cost(t: GroupSpaceTable, groups: GroupTable, stage: Stage) -> float:
     return total
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: GroupSpaceTable, groups: GroupTable, stage: Stage, share: float, q: LocalModel
 ) -> None:
@@ -73,7 +72,7 @@ def model(
             add_square(q, stage.k, share * t.weight, depth, -ux, -uy, turned)
 
 
-@njit(**INNER)
+@callee(INNER)
 def _depth(t: GroupSpaceTable, support: Floats, normal: Floats, stage: Stage) -> tuple[float, int]:
     """(depth in a hull, ≥ 0: the shortest distance to its border; index of that normal)."""
     x = stage.x + stage.cos * t.x - stage.sin * t.y

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
 from cohelm.config import Model
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "input_change"
 
@@ -39,7 +38,7 @@ class InputChangeTable(NamedTuple):
     n_linear: int
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: InputChangeTable, u: Floats, before: Floats) -> float:
     """Cost of input u (m,) after another one, s."""
     total = 0.0
@@ -49,7 +48,7 @@ def cost(t: InputChangeTable, u: Floats, before: Floats) -> float:
     return total
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(t: InputChangeTable, k: int, u: Floats, before: Floats, q: LocalModel) -> None:
     """Add the model of the input at step k."""
     for i in range(u.shape[0]):

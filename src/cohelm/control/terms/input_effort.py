@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
@@ -13,7 +12,7 @@ from cohelm.config import Model
 from cohelm.control.path import PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "input_effort"
 
@@ -59,7 +58,7 @@ class InputEffortTable(NamedTuple):
     n_linear: int
 
 
-@njit(**INNER)
+@callee(INNER)
 def _residuals(
     t: InputEffortTable, path: PathTable, k: int, heading: float, u: Floats
 ) -> tuple[float, float, float]:
@@ -71,7 +70,7 @@ def _residuals(
     return u[0] - wanted * math.cos(error), u[1] - wanted * math.sin(error), error
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: InputEffortTable, path: PathTable, k: int, heading: float, u: Floats) -> float:
     """Cost of input u (m,) of the step from state k, where the robot has a heading; s."""
     turn = u[u.shape[0] - 1]
@@ -82,7 +81,7 @@ def cost(t: InputEffortTable, path: PathTable, k: int, heading: float, u: Floats
     return total
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: InputEffortTable, path: PathTable, k: int, heading: float, u: Floats, q: LocalModel
 ) -> None:

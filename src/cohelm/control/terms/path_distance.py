@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.path import PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "path_distance"
 
@@ -34,13 +33,13 @@ class PathDistanceTable(NamedTuple):
     """s/m²."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: PathDistanceTable, stage: Stage) -> float:
     """Cost of a stage, s."""
     return t.weight * stage.d * stage.d
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(t: PathDistanceTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of a stage."""
     if t.weight > 0.0:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.scene import Scene
 from cohelm.control.terms.encounter import gap_gradient
 from cohelm.control.terms.stage import Encounter, LocalModel, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "person_clearance"
 STANDS = 0.2
@@ -39,20 +38,20 @@ class PersonClearanceTable(NamedTuple):
     standing_share: float
 
 
-@njit(**INNER)
+@callee(INNER)
 def speed_share(t: PersonClearanceTable, speed: float) -> float:
     """Share of the costs of people at a speed of the robot."""
     return t.standing_share + (1.0 - t.standing_share) * min(speed / STANDS, 1.0)
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: PersonClearanceTable, margin: float, e: Encounter) -> float:
     """Cost of an encounter, s."""
     missing = max(margin - e.gap, 0.0)
     return t.weight * missing * missing
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: PersonClearanceTable, margin: float, e: Encounter, k: int, share: float, q: LocalModel
 ) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats
@@ -13,7 +12,7 @@ from cohelm.control.people_table import PeopleTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.encounter import extent_gradients, gap_gradient, person_extent
 from cohelm.control.terms.stage import Encounter, LocalModel, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "personal_space"
 
@@ -36,7 +35,7 @@ class PersonalSpaceTable(NamedTuple):
     """s."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: PersonalSpaceTable, people: PeopleTable, state: Floats, e: Encounter) -> float:
     """Cost of an encounter, s."""
     if t.weight == 0.0 or e.gap >= people.extent:
@@ -46,7 +45,7 @@ def cost(t: PersonalSpaceTable, people: PeopleTable, state: Floats, e: Encounter
     return t.weight * share * share
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: PersonalSpaceTable,
     people: PeopleTable,

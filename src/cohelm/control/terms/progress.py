@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.path import PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_curvature, add_slope
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "progress"
 _SMOOTH = 1e-3
@@ -44,21 +43,21 @@ class ProgressTable(NamedTuple):
     """At the end of the horizon, s/m."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
     """Cost of a stage, s."""
     lag: float = max(path.reference[stage.k] - stage.s, 0.0)
     return t.mean * lag
 
 
-@njit(**INNER)
+@callee(INNER)
 def final_cost(t: ProgressTable, path: PathTable, stage: Stage) -> float:
     """Cost of the last state: its distance from the end of the reference, s."""
     lag = max(path.reference[stage.k] - stage.s, 0.0)
     return t.final * (math.sqrt(lag * lag + stage.d * stage.d + _SMOOTH * _SMOOTH) - _SMOOTH)
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of a stage: the parabola through it that lies above the hinge.
 
@@ -73,7 +72,7 @@ def model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> Non
         add_curvature(q, stage.k, t.mean / max(lag, _NEAR), tx, ty, 0.0)
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def final_model(t: ProgressTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of the last state: the parabola through it that lies above the norm."""
     lag = max(path.reference[stage.k] - stage.s, 0.0)

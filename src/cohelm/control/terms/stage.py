@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
-
 from cohelm.arrays import Floats
-from cohelm.kernels import INNER
+from cohelm.kernels import INNER, callee
 
 
 class Stage(NamedTuple):
@@ -68,7 +66,7 @@ class LocalModel(NamedTuple):
     """(L, m), of each input with itself one step before."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def add_slope(q: LocalModel, k: int, slope: float, jx: float, jy: float, ja: float) -> None:
     """Add the gradient ``slope``·(jx, jy, ja) at state k."""
     q.pose_gradient[k, 0] += slope * jx
@@ -76,7 +74,7 @@ def add_slope(q: LocalModel, k: int, slope: float, jx: float, jy: float, ja: flo
     q.pose_gradient[k, 2] += slope * ja
 
 
-@njit(**INNER)
+@callee(INNER)
 def add_curvature(q: LocalModel, k: int, size: float, jx: float, jy: float, ja: float) -> None:
     """Add the curvature ``size``·j jᵀ, j = (jx, jy, ja), at state k."""
     row = q.pose_curvature[k]
@@ -88,7 +86,7 @@ def add_curvature(q: LocalModel, k: int, size: float, jx: float, jy: float, ja: 
     row[5] += size * ja * ja
 
 
-@njit(**INNER)
+@callee(INNER)
 def add_square(
     q: LocalModel, k: int, weight: float, r: float, jx: float, jy: float, ja: float
 ) -> None:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.path import PathTable
 from cohelm.control.scene import Scene
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 
 NAME = "track_reference"
 
@@ -44,7 +43,7 @@ class TrackTable(NamedTuple):
     steps: int
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: TrackTable, path: PathTable, stage: Stage) -> float:
     """Cost of a stage."""
     if t.position == 0.0 and t.heading == 0.0:
@@ -56,7 +55,7 @@ def cost(t: TrackTable, path: PathTable, stage: Stage) -> float:
     return duration * square
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(t: TrackTable, path: PathTable, stage: Stage, q: LocalModel) -> None:
     """Add the model of a stage."""
     if t.position == 0.0 and t.heading == 0.0:

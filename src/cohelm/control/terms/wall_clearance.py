@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from pydantic import Field
 
 from cohelm.config import Model
 from cohelm.control.scene import RobotTable, Scene, WallTable
 from cohelm.control.terms.stage import LocalModel, Stage, add_square
-from cohelm.kernels import INNER, KERNEL
+from cohelm.kernels import INNER, KERNEL, callee
 from cohelm.maps.distance import sample
 
 NAME = "wall_clearance"
@@ -51,7 +50,7 @@ class WallGap(NamedTuple):
     """Some disc is nearer than its contact margin."""
 
 
-@njit(**INNER)
+@callee(INNER)
 def nearest_wall(walls: WallTable, robot: RobotTable, stage: Stage) -> WallGap:
     """The smallest gap between the footprint's discs and a wall."""
     grid, discs = walls.grid, robot.discs
@@ -66,14 +65,14 @@ def nearest_wall(walls: WallTable, robot: RobotTable, stage: Stage) -> WallGap:
     return WallGap(nearest, at, touches)
 
 
-@njit(**INNER)
+@callee(INNER)
 def cost(t: WallClearanceTable, gap: float) -> float:
     """Cost of a gap, s."""
     missing = max(t.distance - gap, 0.0) / t.distance
     return t.weight * missing * missing
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def model(
     t: WallClearanceTable, walls: WallTable, robot: RobotTable, stage: Stage, q: LocalModel
 ) -> None:
@@ -86,7 +85,7 @@ def model(
         add_square(q, stage.k, t.weight, missing / t.distance, f * gx, f * gy, f * ga)
 
 
-@njit(**KERNEL)
+@callee(KERNEL)
 def gap_gradient(
     walls: WallTable, robot: RobotTable, stage: Stage, disc: int
 ) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, read_only, replace
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Scan
 from cohelm.perception.api import ColumnHeights, Detections
 from cohelm.perception.change_detection.past_scans import (
@@ -118,7 +118,7 @@ def _ranges(upright: Floats, floor: Floats) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _beam_index(x: float, y: float) -> int:
     """Index of the beam nearest to a direction."""
     return math.floor((math.atan2(y, x) + math.pi) * _BEAMS / (2.0 * math.pi) + 0.5) % _BEAMS

@@ -16,7 +16,7 @@ from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.geometry import transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import DistanceField
 from cohelm.messages import PointCloud
 from cohelm.perception.api import ColumnHeights, Detections
@@ -147,7 +147,7 @@ def shape_features(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _no_features(s: int) -> ShapeFeatures:
     """Zeros for ``s`` segments."""
     return ShapeFeatures(
@@ -166,7 +166,7 @@ def _no_features(s: int) -> ShapeFeatures:
     )
 
 
-@njit(**CACHED)
+@callee()
 def _body_centre(
     across: Floats, along: Floats, torso: Booleans, head: Booleans, top: float, gap: float
 ) -> tuple[float, float, float]:
@@ -188,7 +188,7 @@ def _body_centre(
     return side, behind, max(half, deep)
 
 
-@njit(**CACHED)
+@callee()
 def _bits(low: float, high: float) -> int:
     """Bits of the layers between two heights."""
     bits = 0
@@ -197,7 +197,7 @@ def _bits(low: float, high: float) -> int:
     return bits
 
 
-@njit(**CACHED)
+@callee()
 def _last_layer(layers: int, gap: float) -> int:
     """Topmost layer connected to the lowest by gaps of at most 1.5 ring gaps plus 0.2 m."""
     last, most = -1, 2 + math.ceil(1.5 * gap / LAYER)
@@ -207,7 +207,7 @@ def _last_layer(layers: int, gap: float) -> int:
     return last
 
 
-@njit(**CACHED)
+@callee()
 def _filled(layers: int, bottom: float, top: float) -> float:
     """Share of the layers between two heights that are occupied."""
     low, high = max(int(bottom / LAYER), 0), min(max(int(top / LAYER), 0), LAYERS - 1)
@@ -534,6 +534,6 @@ def free_ends(points: Floats, ground: Booleans, columns: Floats) -> Floats:
     return out[:count]
 
 
-@njit(**CACHED)
+@callee()
 def _direction(x: float, y: float) -> int:
     return int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * DIRECTIONS) % DIRECTIONS

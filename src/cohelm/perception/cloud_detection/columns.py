@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cohelm.array_kernels import members_by_label
 from cohelm.arrays import Booleans, Bytes, Floats, Floats32, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 LAYER = 0.1
 """Height of the slices whose occupancy a column stores, m."""
@@ -99,7 +99,7 @@ def build_columns(
     return Columns(centre, count, lowest, highest, layers, by_first)
 
 
-@njit(**CACHED)
+@callee()
 def _number_columns(
     points: Floats, heights: Floats, limits: HeightLimits, side: float, reach: float
 ) -> tuple[int, Integers, NDArray[np.int32]]:
@@ -210,7 +210,7 @@ def touching_share(
     return met / np.maximum(size, 1.0)
 
 
-@njit(**CACHED)
+@callee()
 def _touches_other(
     centre: Floats, labels: Integers, squares: _Squares, i: int, square: int, near: float
 ) -> bool:
@@ -267,7 +267,7 @@ def assign_low_columns(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _boxes(points: Floats, labels: Integers, count: int) -> Floats:
     """Bounding boxes (count, 4) of (min x, min y, max x, max y) of labelled points."""
     box = np.empty((count, 4))

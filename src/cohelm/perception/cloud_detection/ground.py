@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 SECTORS = 120
 """Sectors of a full turn (3° each)."""
@@ -54,7 +54,7 @@ def ground_heights(points: Floats, slope: float, tolerance: float, reach: float)
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _sorted(
     points: Floats, distance: Floats, sector: Floats, rings: int, slope: float, tolerance: float
 ) -> tuple[Integers, Integers, Integers]:
@@ -84,7 +84,7 @@ def _sorted(
     return first, order, tall
 
 
-@njit(**CACHED)
+@callee()
 def _ground_level(
     points: Floats,
     distance: Floats,
@@ -122,7 +122,7 @@ def _ground_level(
     return level
 
 
-@njit(**CACHED)
+@callee()
 def _lowest(
     points: Floats, distance: Floats, members: Integers, level: float, reachable: float
 ) -> tuple[float, float]:
@@ -143,7 +143,7 @@ def _lowest(
     return z_sum / count, r_sum / count
 
 
-@njit(**CACHED)
+@callee()
 def _drop_raised(z: Floats, distance: float, slope: float, tolerance: float) -> None:
     """Set cells to NaN, in place, if two neighbours on the ring lie too far below."""
     arc = distance * 2.0 * math.pi / SECTORS
@@ -159,7 +159,7 @@ def _drop_raised(z: Floats, distance: float, slope: float, tolerance: float) -> 
             z[k] = np.nan
 
 
-@njit(**CACHED)
+@callee()
 def _fill_ring(
     z: Floats,
     middle: float,
@@ -196,7 +196,7 @@ def _fill_ring(
         last_z[k], last_r[k] = level[k], middle - min(left, right) * arc
 
 
-@njit(**CACHED)
+@callee()
 def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
     """Interpolate heights to the middle of their rings along each sector, in place."""
     rings = level.shape[0]
@@ -220,7 +220,7 @@ def _interpolate(level: Floats, at: Floats, kind: Integers) -> None:
                 level[j, k] = z[i]
 
 
-@njit(**CACHED)
+@callee()
 def _interpolated(level: Floats, distance: float, sector: float) -> float:
     """Height of the ground at a point, bilinear between the middles of the cells."""
     u = max(distance / RING_WIDTH - 0.5, 0.0)

@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import members_by_label, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.clustering.shape_fits import DiscPrior, split_discs
 
 _DIRECTIONS = 720
@@ -49,12 +49,12 @@ def skyline(points: Floats) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _direction(x: float, y: float) -> int:
     return int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * _DIRECTIONS) % _DIRECTIONS
 
 
-@njit(**CACHED)
+@callee()
 def occluded_ends(points: Floats, line: Floats) -> tuple[bool, bool]:
     """True for the right (clockwise) and the left end of an object (m, 2) if something hides it.
 
@@ -76,7 +76,7 @@ def occluded_ends(points: Floats, line: Floats) -> tuple[bool, bool]:
     return right, left
 
 
-@njit(**CACHED)
+@callee()
 def _at(angle: float) -> int:
     return math.floor((angle / (2.0 * math.pi) + 0.5) * _DIRECTIONS) % _DIRECTIONS
 
@@ -126,7 +126,7 @@ def split_clusters(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _extent(points: Floats) -> float:
     """The largest side of the box about points (m, 2), over four directions of its axes, m."""
     widest = 0.0
@@ -137,7 +137,7 @@ def _extent(points: Floats) -> float:
     return widest
 
 
-@njit(**CACHED)
+@callee()
 def _bearings(points: Floats) -> Floats:
     """Directions of points relative to that of their mean, rad."""
     middle = math.atan2(points[:, 1].mean(), points[:, 0].mean())
@@ -148,7 +148,7 @@ def _bearings(points: Floats) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _unobstructed(points: Floats, line: Floats) -> Booleans:
     """Mask of the points (m, 2) that nothing occludes; the others were seen over a shoulder."""
     out = np.empty(points.shape[0], dtype=np.bool_)
@@ -158,7 +158,7 @@ def _unobstructed(points: Floats, line: Floats) -> Booleans:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _is_separate(a: Floats, b: Floats, limits: SplitLimits) -> bool:
     """Check that neighbours in bearing belong to different objects."""
     far_a, far_b = math.hypot(a[0], a[1]), math.hypot(b[0], b[1])
@@ -168,7 +168,7 @@ def _is_separate(a: Floats, b: Floats, limits: SplitLimits) -> bool:
     return separate
 
 
-@njit(**CACHED)
+@callee()
 def _split_run(
     points: Floats,
     highest: Floats,
@@ -206,7 +206,7 @@ def _split_run(
     return count
 
 
-@njit(**CACHED)
+@callee()
 def _between_heads(points: Floats, highest: Floats, limits: SplitLimits) -> tuple[Integers, int]:
     """(order along the line between the outermost heads, number of points before the widest gap).
 
@@ -233,7 +233,7 @@ def _between_heads(points: Floats, highest: Floats, limits: SplitLimits) -> tupl
     return order, 0
 
 
-@njit(**CACHED)
+@callee()
 def _outermost(points: Floats, which: Integers) -> tuple[int, int, float]:
     """Indices of the two selected points that are farthest apart, and their distance, m."""
     a, b, widest = 0, 0, 0.0

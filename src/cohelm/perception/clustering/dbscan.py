@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 NOISE = -1
 _MAX_CELLS = 1 << 20
@@ -55,7 +55,7 @@ def dbscan(points: Floats, epsilon: Floats, min_samples: int) -> Integers:
     return labels
 
 
-@njit(**CACHED)
+@callee()
 def _neighbours(points: Floats, epsilon: Floats) -> tuple[Integers, Integers]:
     """Neighbours of point i, itself included: ``near[first[i]:first[i + 1]]``."""
     n = points.shape[0]
@@ -79,7 +79,7 @@ def _neighbours(points: Floats, epsilon: Floats) -> tuple[Integers, Integers]:
     return first, near[:size]
 
 
-@njit(**CACHED)
+@callee()
 def _cells(points: Floats, widest: float) -> tuple[Integers, Integers, Integers, int]:
     """(first member of each cell, members by cell, cell of each point, cells in a row).
 

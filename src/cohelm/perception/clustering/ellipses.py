@@ -9,7 +9,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row, members_by_label, stable_order
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 _TOLERANCE = 1e-3
 """Relative excess of an ellipse's area over the smallest one at which the iteration ends."""
@@ -40,7 +40,7 @@ def bounding_ellipses(points: Floats, labels: Integers, count: int, thinnest: fl
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _hull(points: Floats) -> Floats:
     """Corners of the convex hull (Andrew 1979): the ellipse depends on no other point."""
     m = points.shape[0]
@@ -65,7 +65,7 @@ def _hull(points: Floats) -> Floats:
     return points[corners[: max(size, 1)]]
 
 
-@njit(**CACHED)
+@callee()
 def _about(points: Floats, thinnest: float) -> Floats:
     """Smallest ellipse (5,) about the points (m, 2) of one cluster."""
     m = points.shape[0]
@@ -92,7 +92,7 @@ def _about(points: Floats, thinnest: float) -> Floats:
     return np.array([cx + mx, cy + my, a, b, 0.5 * math.atan2(2.0 * sxy, sxx - syy)])
 
 
-@njit(**CACHED)
+@callee()
 def _moments(
     x: Floats, y: Floats, u: Floats, floor: float
 ) -> tuple[float, float, float, float, float]:
@@ -110,7 +110,7 @@ def _moments(
     return cx, cy, sxx + floor, sxy, syy + floor
 
 
-@njit(**CACHED)
+@callee()
 def _farthest(dx: Floats, dy: Floats, sxx: float, sxy: float, syy: float) -> tuple[int, float]:
     """Index of the farthest point in units of the moments, and its squared distance."""
     det = sxx * syy - sxy * sxy

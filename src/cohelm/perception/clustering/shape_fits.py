@@ -15,7 +15,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 CLUTTER_SCALE = 4.0
 """Deviation of clutter from a disc, in σ."""
@@ -141,7 +141,7 @@ def flat_evidence(points: Floats, noise: float) -> float:
     return best
 
 
-@njit(**CACHED)
+@callee()
 def _line(sums: Floats, start: int, stop: int) -> tuple[float, float]:
     """Fit a line to a run of points: (sum of squared distances, its direction)."""
     n = stop - start
@@ -154,7 +154,7 @@ def _line(sums: Floats, start: int, stop: int) -> tuple[float, float]:
     return max(least, 0.0), 0.5 * math.atan2(2.0 * xy, xx - yy)
 
 
-@njit(**CACHED)
+@callee()
 def split_discs(points: Floats, origin: Floats, prior: DiscPrior) -> int:
     """Index at which two touching bodies in one run are split; 0 if one shape explains it as well.
 

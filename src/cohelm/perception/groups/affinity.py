@@ -15,7 +15,7 @@ from pydantic import Field
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, replace, sealed, value
 from cohelm.config import Model
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Groups, People
 from cohelm.perception.sensor_clocks import CLOCK_RESET
 
@@ -56,7 +56,7 @@ class PairEvidence(NamedTuple):
     """(n, n) weight of that mean, 0…1; 0: never observed together."""
 
 
-@njit(**CACHED)
+@callee()
 def update_pair_evidence(
     state: Floats,
     variance: Floats,
@@ -112,7 +112,7 @@ def update_pair_evidence(
     return PairEvidence(L, D, W)
 
 
-@njit(**CACHED)
+@callee()
 def walking_evidence(
     one: Floats, other: Floats, relative_speed_sq: float, speed: float, w: PairEvidenceParameters
 ) -> float:
@@ -145,7 +145,7 @@ def walking_evidence(
     return total
 
 
-@njit(**CACHED)
+@callee()
 def standing_evidence(
     one: Floats, other: Floats, facing: float, other_facing: float, w: PairEvidenceParameters
 ) -> float:
@@ -256,7 +256,7 @@ def inherit_ids(label: Integers, before: Integers, next_id: int) -> tuple[Intege
     return group, next_id
 
 
-@njit(**CACHED)
+@callee()
 def _strongest(label: Integers, before: Integers, open_claim: Booleans) -> tuple[int, int]:
     """(cluster, id) that share the most people; the oldest id among equals, −1 without a claim."""
     most, heir, kept = 0, -1, -1
@@ -492,7 +492,7 @@ def _regroup(
     )
 
 
-@njit(**CACHED)
+@callee()
 def _matched_rows(ids: Integers, known: Integers) -> tuple[Integers, Integers]:
     """(index in ``ids`` (n,) by growing id, row of each of these in ``known``, which grow)."""
     who, row = np.empty(len(ids), dtype=np.int64), np.empty(len(ids), dtype=np.int64)
@@ -505,7 +505,7 @@ def _matched_rows(ids: Integers, known: Integers) -> tuple[Integers, Integers]:
     return who, row
 
 
-@njit(**CACHED)
+@callee()
 def _waits(group: int, groups: Integers, here: Integers) -> bool:
     """Check that a former member of ``group`` is out of view, so that the group may still exist.
 
@@ -523,7 +523,7 @@ def _waits(group: int, groups: Integers, here: Integers) -> bool:
     return False
 
 
-@njit(**CACHED)
+@callee()
 def _members(group: Integers, who: Integers) -> tuple[Integers, Integers]:
     """(ids of the groups (g,), growing; index of each person's group (n,), −1: alone).
 

@@ -24,7 +24,7 @@ from pydantic import Field
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, replace, value
 from cohelm.config import Model
 from cohelm.geometry import compose, inverse, wrap_angle
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.laser_odometry.local_map import (
     CELL,
     Cells,
@@ -155,7 +155,7 @@ def _align(cells: Cells, seen: Floats, guess: Floats) -> tuple[Floats, int]:
     return pose, constrained
 
 
-@njit(**CACHED)
+@callee()
 def _hold_unconstrained(H: Floats, g: Floats, pose: Floats, guess: Floats, support: float) -> int:
     """Fix directions with too little support to the guess; return the number of the others."""
     half = math.hypot(0.5 * (H[0, 0] - H[1, 1]), H[0, 1])

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.laser_odometry.scan_features import ScanFeatures
 
 CELL = 0.25
@@ -83,7 +83,7 @@ def _has_neighbour(cells: Cells, rows: Floats, distance: float) -> Booleans:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def nearest(cells: Cells, place: Floats, radius: float) -> int:
     """Index of the nearest feature of the same kind within a radius of (x, y, n_x, n_y), or −1."""
     known, origin, n_cols, cell_start = cells

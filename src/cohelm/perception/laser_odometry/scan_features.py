@@ -13,7 +13,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Shape, replace, value
 from cohelm.geometry import transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.perception.preprocessing.merged_cloud import merge_clouds
 from cohelm.perception.preprocessing.scan_returns import scan_returns
@@ -180,12 +180,12 @@ def extract_faces(points: Floats, origin: Floats, increment: float) -> Floats:
     return out[:k]
 
 
-@njit(**CACHED)
+@callee()
 def _distance(points: Floats, i: int, j: int) -> float:
     return math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
 
 
-@njit(**CACHED)
+@callee()
 def _face(
     points: Floats, origin: Floats, spacing: Floats, run: tuple[int, int], out: Floats, k: int
 ) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Bytes, Floats, Integers, SignedBytes
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 
 class EvidenceAmounts(NamedTuple):
@@ -107,7 +107,7 @@ def is_empty(cells: Bytes) -> bool:
     return not flat[8 * words :].any()
 
 
-@njit(**CACHED)
+@callee()
 def beam_buffers(origin: Floats, ends: Floats) -> tuple[Integers, Floats]:
     """Empty buffers for the cells on the longest beam from ``origin`` to one of ``ends``."""
     most = 0.0
@@ -117,7 +117,7 @@ def beam_buffers(origin: Floats, ends: Floats) -> tuple[Integers, Floats]:
     return np.empty((size, 2), dtype=np.int64), np.empty(size)
 
 
-@njit(**CACHED)
+@callee()
 def crossed_cells(origin: Floats, end: Floats, margin: float, cells: Integers, at: Floats) -> int:
     """Find the cells that a beam crosses (Amanatides and Woo 1987); return their number.
 

@@ -37,7 +37,7 @@ from cohelm.arrays import (
 )
 from cohelm.config import Model
 from cohelm.geometry import inverse, transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, People
 from cohelm.perception.api import ColumnHeights, Detections
@@ -177,7 +177,7 @@ def clear_to_floor(
                 _clear(cells, crossed[:count], at, _Beam(sensors[s, 2], length, 0), rules)
 
 
-@njit(**CACHED)
+@callee()
 def _clear(
     cells: SpatialCells, crossed: Integers, at: Floats, beam: _Beam, rules: SpatialRules
 ) -> None:
@@ -197,7 +197,7 @@ def _clear(
                 evidence[r, c] = max(evidence[r, c] - rules.miss, 0)
 
 
-@njit(**CACHED)
+@callee()
 def _passes(beam: _Beam, share: float, low: float, high: float) -> bool:
     """Check that one of the beams is between two heights after a share of its length."""
     falls = beam.height * (1.0 - share)

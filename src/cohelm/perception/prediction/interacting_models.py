@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 _MIN_WEIGHT = 1e-6
 """Lower bound of a model's probability, before normalisation: an excluded model never returns."""
@@ -184,7 +184,7 @@ def update_models(
                 u[1] += w[m] * gain * (x[m, 3] - before_y)
 
 
-@njit(**CACHED)
+@callee()
 def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
     """Eq. (2) for one person: states (m, 4) and (m, 3), probabilities (m,); in place.
 
@@ -214,7 +214,7 @@ def _mix(t: float, x: Floats, C: Floats, w: Floats, bank: ModelBank) -> None:
             x[m, k] = mean[k] + s * (x[m, k] - mean[k])
 
 
-@njit(**CACHED)
+@callee()
 def _add(total: Floats, C: Floats, x: Floats, mean: Floats, share: float, apart: float) -> None:
     """Add a share of (P_pp, P_pv, P_vv), and ``apart`` of it times the spread of x about a mean.
 
@@ -286,7 +286,7 @@ def predict_hypotheses(
     return Horizon(weight, displacement, velocity, deviation)
 
 
-@njit(**CACHED)
+@callee()
 def _responses(bank: ModelBank, times: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Response (m, K) of each model to its initial state, which is the same for all people.
 

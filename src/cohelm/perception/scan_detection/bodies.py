@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.clustering.shape_fits import (
     DiscPrior,
     clutter_evidence,
@@ -151,7 +151,7 @@ def find_bodies(
     return body_of_return, join(first_rows(bodies, count), on_legs)
 
 
-@njit(**CACHED)
+@callee()
 def _store_leg(
     single: SingleLegs, k: int, beams: Beams, index: Integers, body: Body, log_odds: float
 ) -> None:
@@ -167,7 +167,7 @@ def _store_leg(
     single.leg_of_return[index] = k
 
 
-@njit(**CACHED)
+@callee()
 def _classify(
     run: _Run, sizes: BodySizes, prior: DiscPrior, legs: LegModel
 ) -> tuple[bool, Body, float]:
@@ -197,12 +197,12 @@ def _classify(
     return False, body, one
 
 
-@njit(**CACHED)
+@callee()
 def _with_log_odds(body: Body, log_odds: float) -> Body:
     return Body(body.x, body.y, body.radius, body.deviation, log_odds, body.mean_x, body.mean_y)
 
 
-@njit(**CACHED)
+@callee()
 def _disc_body(run: _Run, prior: DiscPrior) -> tuple[Body, float]:
     """(body for the disc behind a run, log-odds of a flat face or a corner).
 
@@ -227,7 +227,7 @@ def _disc_body(run: _Run, prior: DiscPrior) -> tuple[Body, float]:
     return Body(fit.x, fit.y, fit.radius, fit.deviation, odds, mx, my), flatness
 
 
-@njit(**CACHED)
+@callee()
 def _in_beam_order(beams: Beams, cluster: int) -> Integers:
     """Members of a cluster; across the scan's seam, the later part comes first."""
     members = np.flatnonzero(beams.cluster == cluster)
@@ -239,7 +239,7 @@ def _in_beam_order(beams: Beams, cluster: int) -> Integers:
     return np.concatenate((members[at:], members[:at]))
 
 
-@njit(**CACHED)
+@callee()
 def _run(beams: Beams, index: Integers) -> _Run:
     """The run of some returns; its width is the largest distance of a point from either end."""
     points, origin = beams.points[index], beams.origin

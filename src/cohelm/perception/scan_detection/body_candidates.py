@@ -5,10 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import callee
 
 
 class Body(NamedTuple):
@@ -45,13 +44,13 @@ class BodyCandidates(NamedTuple):
     """(d, 2) m."""
 
 
-@njit(**CACHED)
+@callee()
 def empty_candidates(d: int) -> BodyCandidates:
     """Uninitialised rows for ``d`` candidates."""
     return BodyCandidates(np.empty((d, 2)), np.empty(d), np.empty(d), np.empty(d), np.empty((d, 2)))
 
 
-@njit(**CACHED)
+@callee()
 def store(rows: BodyCandidates, k: int, body: Body) -> None:
     """Write a body into row ``k``, in place."""
     rows.disc_centre[k, 0], rows.disc_centre[k, 1] = body.x, body.y
@@ -60,7 +59,7 @@ def store(rows: BodyCandidates, k: int, body: Body) -> None:
     rows.mean[k, 0], rows.mean[k, 1] = body.mean_x, body.mean_y
 
 
-@njit(**CACHED)
+@callee()
 def first_rows(rows: BodyCandidates, count: int) -> BodyCandidates:
     """View of the first ``count`` rows."""
     return BodyCandidates(
@@ -72,7 +71,7 @@ def first_rows(rows: BodyCandidates, count: int) -> BodyCandidates:
     )
 
 
-@njit(**CACHED)
+@callee()
 def join(a: BodyCandidates, b: BodyCandidates) -> BodyCandidates:
     """Rows of ``a``, then those of ``b``."""
     return BodyCandidates(

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.scan_detection.bodies import Beams
 from cohelm.perception.scan_detection.body_candidates import BodyCandidates
 
@@ -73,7 +73,7 @@ def candidate_features(beams: Beams, body_of_return: Integers, bodies: BodyCandi
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _members(beams: Beams, body_of_return: Integers, d: int) -> tuple[Integers, Integers]:
     """(start of each candidate's returns (d + 1,), the returns in beam order)."""
     first, n = np.zeros(d + 1, dtype=np.int64), len(body_of_return)
@@ -97,7 +97,7 @@ def _members(beams: Beams, body_of_return: Integers, d: int) -> tuple[Integers, 
     return first, order
 
 
-@njit(**CACHED)
+@callee()
 def _shape(row: Floats, beams: Beams, index: Integers) -> None:
     """Write the features of the candidate's own returns."""
     n, points = index.size, beams.points
@@ -127,12 +127,12 @@ def _shape(row: Floats, beams: Beams, index: Integers) -> None:
     row[20] = n / (span / beams.increment + 1.0) if beams.increment > 0.0 else 1.0
 
 
-@njit(**CACHED)
+@callee()
 def _length(points: Floats, i: int, j: int) -> float:
     return math.hypot(points[i, 0] - points[j, 0], points[i, 1] - points[j, 1])
 
 
-@njit(**CACHED)
+@callee()
 def _residual(points: Floats, index: Integers, origin: Floats) -> tuple[float, float]:
     """(root mean square distance from the chord, mean distance towards the sensor), m."""
     n, a, b = index.size, index[0], index[-1]
@@ -151,7 +151,7 @@ def _residual(points: Floats, index: Integers, origin: Floats) -> tuple[float, f
     return math.sqrt(squares / (n - 2)), total / (n - 2)
 
 
-@njit(**CACHED)
+@callee()
 def _sides(row: Floats, beams: Beams, index: Integers) -> None:
     """Write the steps of range beside the candidate and between its segments."""
     p = len(beams.points)
@@ -166,7 +166,7 @@ def _sides(row: Floats, beams: Beams, index: Integers) -> None:
             break
 
 
-@njit(**CACHED)
+@callee()
 def _step(beams: Beams, own: int, other: int, side: float) -> float:
     """Range of the return beside an end minus that of the end, m, at most ``_FAR`` either way."""
     turn = side * (beams.bearing[other] - beams.bearing[own]) % (2.0 * math.pi)
@@ -178,7 +178,7 @@ def _step(beams: Beams, own: int, other: int, side: float) -> float:
     return min(max(far - near, -_FAR), _FAR)
 
 
-@njit(**CACHED)
+@callee()
 def _surroundings(
     row: Floats, beams: Beams, body_of_return: Integers, k: int, bodies: BodyCandidates
 ) -> None:

@@ -16,7 +16,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.scan_detection.body_candidates import (
     Body,
     BodyCandidates,
@@ -89,7 +89,7 @@ def width_log_odds(width: float, blur: float, mean: float, deviation: float) -> 
     return math.log(peak) - 0.5 * off * off
 
 
-@njit(**CACHED)
+@callee()
 def occluded_width_log_odds(
     width: float, gap: float, occluded: bool, mean: float, deviation: float
 ) -> float:
@@ -158,7 +158,7 @@ def pair_legs(
     return legs[:count], np.minimum(np.maximum(total[:count], MIN_LOG_ODDS), MAX_LOG_ODDS)
 
 
-@njit(**CACHED)
+@callee()
 def pair_legs_into_people(
     points: Floats, found: SingleLegs, radius: float, model: LegModel
 ) -> tuple[Integers, BodyCandidates]:
@@ -204,13 +204,13 @@ def pair_legs_into_people(
     return person, first_rows(bodies, count)
 
 
-@njit(**CACHED)
+@callee()
 def body_on_legs(x: float, y: float, radius: float, deviation: float, log_odds: float) -> Body:
     """Body about the middle (x, y) of legs."""
     return Body(x, y, radius, deviation, log_odds, x, y)
 
 
-@njit(**CACHED)
+@callee()
 def _is_visible(found: SingleLegs, leg: int, other: int) -> bool:
     """Check that nothing occludes an end of a leg except, perhaps, the ``other`` leg."""
     first, last = found.occluder[leg]
@@ -218,7 +218,7 @@ def _is_visible(found: SingleLegs, leg: int, other: int) -> bool:
     return bool((first == -1 or leg_of[first] == other) and (last == -1 or leg_of[last] == other))
 
 
-@njit(**CACHED)
+@callee()
 def _is_isolated(
     points: Floats, leg_of: Integers, pair: Integers, x: float, y: float, radius: float
 ) -> bool:

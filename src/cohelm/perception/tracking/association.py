@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.perception.tracking.kalman import innovations
 
 NO_MATCH = -1
@@ -43,7 +43,7 @@ def assign(cost: Floats) -> Integers:
     return column
 
 
-@njit(**CACHED)
+@callee()
 def _shortest_paths(cost: Floats) -> Integers:
     """Column (n,) of each row of ``cost`` (n, d), n ≤ d, by shortest augmenting paths.
 
@@ -90,7 +90,7 @@ def _shortest_paths(cost: Floats) -> Integers:
     return column
 
 
-@njit(**CACHED)
+@callee()
 def _update_duals(
     u: Floats,
     v: Floats,

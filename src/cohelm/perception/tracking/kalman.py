@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 
 @njit(**CACHED)
@@ -52,7 +52,7 @@ def update(
     return x, P
 
 
-@njit(**CACHED)
+@callee()
 def predict_state(x: Floats, P: Floats, dt: float, q: float) -> None:
     """:func:`predict` of one state (4,) and (4, 4), in place."""
     for i in range(2):
@@ -69,7 +69,7 @@ def predict_state(x: Floats, P: Floats, dt: float, q: float) -> None:
         P[i + 2, i + 2] += q * dt
 
 
-@njit(**CACHED)
+@callee()
 def update_state(x: Floats, P: Floats, position: Floats, deviation: float) -> None:
     """:func:`update` of one state (4,) and (4, 4) with a position (2,), in place."""
     K, A, B = np.empty((4, 2)), np.empty((4, 4)), np.empty((4, 4))

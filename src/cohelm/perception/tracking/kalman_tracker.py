@@ -13,7 +13,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers, sealed
 from cohelm.config import number_record
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import Observation, People
 from cohelm.perception.api import Detections
 from cohelm.perception.sensor_clocks import CLOCK_RESET
@@ -74,7 +74,7 @@ class Matches(NamedTuple):
     """(m,) True for both of two people who share a cluster."""
 
 
-@njit(**CACHED)
+@callee()
 def update_evidence(
     tracks: Tracks,
     found: PersonDetections,
@@ -115,7 +115,7 @@ def update_evidence(
             track.heading = math.atan2(track.mean[3], track.mean[2])
 
 
-@njit(**CACHED)
+@callee()
 def _update_motion(
     track: Any, arrival: float, shape_weight: float, scan: ScanTable, p: TrackerParameters
 ) -> bool:
@@ -159,7 +159,7 @@ def _update_motion(
     return bool(walks)
 
 
-@njit(**CACHED)
+@callee()
 def _update_pace(track: Any, time: float, p: TrackerParameters) -> None:
     """Update the running mean of the velocity, in place; call it before ``last_seen``."""
     rate = min((time - track.last_seen) / p.pace_time, 1.0)
@@ -167,7 +167,7 @@ def _update_pace(track: Any, time: float, p: TrackerParameters) -> None:
         track.pace[axis] += rate * (track.mean[axis + 2] - track.pace[axis])
 
 
-@njit(**CACHED)
+@callee()
 def _keeps_pace(track: Any, speed: float, p: TrackerParameters) -> bool:
     """Check for a mean speed above ``speed``, m/s, and above twice its standard deviation.
 
@@ -179,7 +179,7 @@ def _keeps_pace(track: Any, speed: float, p: TrackerParameters) -> bool:
     return bool(squared > speed * speed and squared > 4.0 * variance)
 
 
-@njit(**CACHED)
+@callee()
 def mark_unseen(
     tracks: Tracks, matches: Matches, scan: ScanTable, step: float, window: int
 ) -> None:
@@ -214,7 +214,7 @@ def mark_unseen(
         track.detection_history = history & ((1 << window) - 1)
 
 
-@njit(**CACHED)
+@callee()
 def mark_doubles(
     tracks: Tracks, found: PersonDetections, matches: Matches, step: float, p: TrackerParameters
 ) -> None:
@@ -244,7 +244,7 @@ def mark_doubles(
         tracks[u].double_time = tracks[u].double_time + step if beside else 0.0
 
 
-@njit(**CACHED)
+@callee()
 def is_confirmed(
     track: Any,
     detection: int,
@@ -284,14 +284,14 @@ def is_confirmed(
     return bool((detection >= 0 and often and is_person) or (track.confirmed and stays))
 
 
-@njit(**CACHED)
+@callee()
 def log_odds(track: Any) -> float:
     """ln(p / (1 − p)) that a track is a person."""
     total: float = track.shape_log_odds + track.motion_log_odds + track.static_penalty
     return total
 
 
-@njit(**CACHED)
+@callee()
 def _is_faster(track: Any, speed: float, deviations: float) -> bool:
     """Check for a speed above ``speed``, m/s, and above so many of its standard deviations."""
     squared = track.mean[2] ** 2 + track.mean[3] ** 2
@@ -461,13 +461,13 @@ def report_people(tracks: Tracks, time: float, now: float, p: TrackerParameters)
     )
 
 
-@njit(**CACHED)
+@callee()
 def _elapsed(before: float, now: float) -> float:
     """Elapsed time, s; 0 if the clock stands, runs back or is not a number."""
     return min(now - before, MAX_STEP) if now > before else 0.0
 
 
-@njit(**CACHED)
+@callee()
 def _predicted(
     tracks: Tracks, time: float, step: float, p: TrackerParameters
 ) -> tuple[Floats, Floats]:
@@ -485,7 +485,7 @@ def _predicted(
     return mean, covariance
 
 
-@njit(**CACHED)
+@callee()
 def _correct(
     tracks: Tracks,
     mean: Floats,
@@ -539,7 +539,7 @@ def _correct(
     return Matches(match, mahalanobis_sq, merged)
 
 
-@njit(**CACHED)
+@callee()
 def _captured_cost(tracks: Tracks, found: PersonDetections, p: TrackerParameters) -> Floats:
     """Extra cost (m, d) of matches of walking tracks with objects that were always there."""
     out = np.zeros((len(tracks), len(found.radius)))
@@ -552,7 +552,7 @@ def _captured_cost(tracks: Tracks, found: PersonDetections, p: TrackerParameters
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _unexplained(
     found: PersonDetections, matches: Matches, mean: Floats, separation: float
 ) -> Booleans:
@@ -568,7 +568,7 @@ def _unexplained(
     return new
 
 
-@njit(**CACHED)
+@callee()
 def _is_sure(track: Any, p: TrackerParameters) -> bool:
     """Check that the first detection of a track leaves little doubt."""
     sure = track.shape_looks >= 1.0 and track.motion_log_odds >= p.sure_log_odds

@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers, read_only
-from cohelm.kernels import CACHED
+from cohelm.kernels import callee
 from cohelm.perception.api import Detections
 
 _NO_SHAPE, _FULL_SHAPE, _MIN_SHAPE_WEIGHT = 3.0, 8.0, 0.1
@@ -89,7 +88,7 @@ class PersonDetections(NamedTuple):
     """(d,) see ``ScanTable``."""
 
 
-@njit(**CACHED)
+@callee()
 def person_detections(scan: ScanTable) -> PersonDetections:
     """Sort the people of a scan by distance, then by x and y; probabilities are at most 99 %."""
     d = len(scan.radius)
@@ -133,7 +132,7 @@ def person_detections(scan: ScanTable) -> PersonDetections:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _is_nearer(scan: ScanTable, distance: Floats, j: int, k: int) -> bool:
     """Check that detection j comes before k."""
     if distance[j] != distance[k]:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from pydantic import Field
 
 from cohelm.arrays import read_only, value
 from cohelm.config import Model
-from cohelm.kernels import CACHED
+from cohelm.kernels import callee
 from cohelm.perception.tracking.person_detections import PersonDetections, ScanTable
 
 INITIAL_NIS = 2.0
@@ -205,7 +204,7 @@ def no_tracks(time: float, next_id: int = 0) -> TrackerState:
 _NO_TRACKS: Tracks = read_only(np.empty(0, TRACK))
 
 
-@njit(**CACHED)
+@callee()
 def start_track(
     track: Any, number: int, found: PersonDetections, j: int, scan: ScanTable, p: TrackerParameters
 ) -> None:

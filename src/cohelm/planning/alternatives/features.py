@@ -11,7 +11,7 @@ from pydantic import Field
 from cohelm.arrays import Floats, Floats32, value
 from cohelm.config import Model
 from cohelm.geometry import inverse, resample, transform, wrap_angle
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import DistanceField
 from cohelm.maps.distance import sample
 from cohelm.messages import Crowding, Path
@@ -167,7 +167,7 @@ def narrow_passages(walls: Floats32, resolution: float, line: Floats, width: flo
     return count
 
 
-@njit(**CACHED)
+@callee()
 def _between_walls(
     walls: Floats32, resolution: float, point: Floats, ahead: Floats, length: float, width: float
 ) -> bool:
@@ -197,7 +197,7 @@ def _between_walls(
     return False
 
 
-@njit(**CACHED)
+@callee()
 def _surface(
     walls: Floats32, resolution: float, point: Floats, ahead: Floats, reach: float, side: float
 ) -> Floats:

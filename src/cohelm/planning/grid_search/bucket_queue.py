@@ -10,11 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from cohelm.array_kernels import copy_row
 from cohelm.arrays import Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import callee
 
 SLACK = 1e-10
 """Smallest improvement of a cell's cost, in lowest weights. Rounding differences between sums are
@@ -23,7 +22,7 @@ smaller; the error of a path's cost is below 1e-9."""
 _MAX_BUCKETS = 1 << 16
 
 
-@njit(**CACHED)
+@callee()
 def bucket_ring(width: float, span: float) -> tuple[Integers, float]:
     """Create (empty heads of a ring for keys up to ``span`` apart, width of a bucket).
 
@@ -36,7 +35,7 @@ def bucket_ring(width: float, span: float) -> tuple[Integers, float]:
     return np.full(count, -1, dtype=np.int64), width
 
 
-@njit(**CACHED)
+@callee()
 def double_rows(array: Any) -> Any:
     """Copy of an array with twice the capacity along its first axis."""
     larger = np.empty((2 * array.shape[0], *array.shape[1:]), dtype=array.dtype)
@@ -44,7 +43,7 @@ def double_rows(array: Any) -> Any:
     return larger
 
 
-@njit(**CACHED)
+@callee()
 def push(
     heads: Integers,
     entries: Integers,
@@ -67,7 +66,7 @@ def push(
     return spare, fresh
 
 
-@njit(**CACHED)
+@callee()
 def pop(heads: Integers, entries: Integers, lists: tuple[int, int], slot: int) -> tuple[int, int]:
     """Remove the top entry of a slot; it can be read until the next push."""
     entry = heads[slot]

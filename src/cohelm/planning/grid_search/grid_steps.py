@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 SQRT2 = math.sqrt(2.0)
 
@@ -22,14 +22,14 @@ ANY_STEP = 8
 """Code of the step that led to the start, and to a cell beside other weights."""
 
 
-@njit(**CACHED)
+@callee()
 def octile(rows: int, cols: int) -> float:
     """Length of the shortest 8-connected path over free cells."""
     r, c = abs(rows), abs(cols)
     return float(max(r, c) + (SQRT2 - 1.0) * min(r, c))
 
 
-@njit(**CACHED)
+@callee()
 def neighbours(stride: int) -> tuple[Any, Integers, Integers]:
     """(index offset modulo 2⁶⁴, row step, column step) of the eight steps, straight ones first."""
     rows = np.array([-1, 1, 0, 0, -1, -1, 1, 1])
@@ -37,7 +37,7 @@ def neighbours(stride: int) -> tuple[Any, Integers, Integers]:
     return (rows * stride + cols).astype(np.uint64), rows, cols
 
 
-@njit(**CACHED)
+@callee()
 def successors() -> tuple[Integers, Integers]:
     """(worthwhile steps after a step (9, 8), number of them (9,)), where weights are uniform.
 
@@ -92,7 +92,7 @@ def is_allowed(heavy: float, i: int, free: Booleans) -> bool:
     return bool(heavy < np.inf and free[(i - 4) >> 1] and free[2 + (i & 1)])
 
 
-@njit(**CACHED)
+@callee()
 def cheapest_parent(weights: Floats32, reached: Floats, stride: int, u: int) -> tuple[float, int]:
     """(cost so far through it, index) of the neighbour that leads to cell u most cheaply.
 

@@ -28,7 +28,7 @@ from numba import njit
 
 from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.planning.grid_search.bucket_queue import (
     SLACK,
     bucket_ring,
@@ -79,7 +79,7 @@ def lower_bound(
     return nodes
 
 
-@njit(**CACHED)
+@callee()
 def empty_nodes(weights: Floats32, shift: int) -> tuple[Floats32, Floats]:
     """(squares whose lowest weights are not computed yet, nodes at infinity) of a grid.
 
@@ -94,7 +94,7 @@ def empty_nodes(weights: Floats32, shift: int) -> tuple[Floats32, Floats]:
     return squares, np.full((down + 1, across + 2), np.inf)
 
 
-@njit(**CACHED)
+@callee()
 def seed_goal(
     weights: Floats32, squares: Floats32, nodes: Floats, goal: tuple[int, int], shift: int
 ) -> None:
@@ -107,7 +107,7 @@ def seed_goal(
             nodes[i, j] = np.float64(squares[row + 1, col + 1]) * away
 
 
-@njit(**CACHED)
+@callee()
 def cap_nodes(nodes: Floats, most: float) -> None:
     """Limit all nodes to a highest value."""
     for i in range(nodes.shape[0]):
@@ -115,7 +115,7 @@ def cap_nodes(nodes: Floats, most: float) -> None:
             nodes[i, j] = min(nodes[i, j], most)
 
 
-@njit(**CACHED)
+@callee()
 def propagate(  # noqa: PLR0912  # one hot loop over plain arrays
     weights: Floats32,
     squares: Floats32,
@@ -210,7 +210,7 @@ def propagate(  # noqa: PLR0912  # one hot loop over plain arrays
     return min(now * step + low, most) if waiting > 0 else most
 
 
-@njit(**CACHED)
+@callee()
 def _min_weights(weights: Floats32, squares: Floats32, row: int, col: int, shift: int) -> None:
     """Compute the lowest weights in the tile of squares around one (row, column)."""
     side, count = 1 << shift, 1 << (_TILE - shift)

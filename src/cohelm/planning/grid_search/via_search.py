@@ -30,7 +30,7 @@ from numba import njit
 
 from cohelm.array_kernels import NONE, ZERO
 from cohelm.arrays import Floats, Floats32, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.planning.grid_search.bucket_queue import (
     SLACK,
     double_rows,
@@ -187,14 +187,14 @@ def search_layers(  # noqa: PLR0912, PLR0915  # one hot loop over plain arrays
     return _trace(weights, reached, stride, start, target, graph), expansions
 
 
-@njit(**CACHED)
+@callee()
 def _price(points: Floats, point: int, row: int, col: int) -> float:
     """Price of passing a point at a cell, without the part that is equal for all cells."""
     far = math.hypot(points[point, 0] - row, points[point, 1] - col)
     return float(points[point, 2] * max(far - points[point, 3], 0.0))
 
 
-@njit(**CACHED)
+@callee()
 def _trace(
     weights: Floats32, reached: Floats, stride: int, start: int, target: int, graph: ViaGraph
 ) -> Integers:
@@ -266,7 +266,7 @@ def layer_bounds(
     return nodes
 
 
-@njit(**CACHED)
+@callee()
 def _credit(then: Floats, point: Floats, here: Floats) -> None:
     """Lower a layer's nodes to those of the next layer plus the price of a point."""
     row, col, price, beyond = point[0], point[1], point[2], point[3]

@@ -6,10 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import callee
 from cohelm.maps.distance import sample
 from cohelm.planning.path_refinement.footprint import (
     FootprintModel,
@@ -60,7 +59,7 @@ def infeasible_points(space: ConfigurationSpace, points: Floats, pivots: Integer
     return overlaps_along(space.footprint, points) | bends
 
 
-@njit(**CACHED)
+@callee()
 def centre_is_free(space: ConfigurationSpace, x: float, y: float) -> bool:
     """Check that the centre of the drive axle may be at a point, without the footprint."""
     footprint = space.footprint
@@ -74,7 +73,7 @@ def centre_is_free(space: ConfigurationSpace, x: float, y: float) -> bool:
     return clearance >= space.floor
 
 
-@njit(**CACHED)
+@callee()
 def weight_at(space: ConfigurationSpace, x: float, y: float) -> float:
     """Weight at a point; ∞ where the centre of the drive axle must not be."""
     if not centre_is_free(space, x, y):
@@ -84,7 +83,7 @@ def weight_at(space: ConfigurationSpace, x: float, y: float) -> float:
     return min(weight, space.heaviest)
 
 
-@njit(**CACHED)
+@callee()
 def motion_is_free(space: ConfigurationSpace, a: Floats, b: Floats) -> bool:
     """Check that the grown footprint is free between a free pose and another one step away."""
     footprint = space.grown

@@ -21,7 +21,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Floats32, read_only
 from cohelm.geometry import distance_to_polygon
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 _TOUCH = 1e-9
 _APART, _APART_TURNING = (
@@ -208,7 +208,7 @@ def overlaps_along(footprint: FootprintModel, points: Floats) -> Booleans:
     return hit
 
 
-@njit(**CACHED)
+@callee()
 def clear_within(footprint: FootprintModel, x: float, y: float, beside: float) -> bool:
     """Check that every motion within ``beside`` (m) of a point is free."""
     return bool(_clearance_bound(footprint, x, y) >= footprint.reach + beside)
@@ -229,7 +229,7 @@ def turn_between(start: float, end: float) -> float:
     return float(math.pi - (math.pi - (end - start)) % (2.0 * math.pi))
 
 
-@njit(**CACHED)
+@callee()
 def gap_lower_bound(footprint: FootprintModel, x: float, y: float, heading: float) -> float:
     """Lower bound of the gap between the footprint at a pose and obstacles, m."""
     cos, sin = math.cos(heading), math.sin(heading)
@@ -241,7 +241,7 @@ def gap_lower_bound(footprint: FootprintModel, x: float, y: float, heading: floa
     return least
 
 
-@njit(**CACHED)
+@callee()
 def _is_clear(footprint: FootprintModel, x: float, y: float, cos: float, sin: float) -> bool:
     bx, by = footprint.bound[0], footprint.bound[1]
     if (
@@ -259,7 +259,7 @@ def _is_clear(footprint: FootprintModel, x: float, y: float, cos: float, sin: fl
     return True
 
 
-@njit(**CACHED)
+@callee()
 def _clearance_bound(footprint: FootprintModel, x: float, y: float) -> float:
     """Lower bound of the distance to obstacles: that of the cell, less its largest error."""
     rows, cols = footprint.clearance.shape
@@ -271,7 +271,7 @@ def _clearance_bound(footprint: FootprintModel, x: float, y: float) -> float:
     return float(clearance - math.hypot(cx, cy) - 0.21 * footprint.resolution)
 
 
-@njit(**CACHED)
+@callee()
 def _between(corners: Floats, low: float, high: float) -> tuple[float, float]:
     """(lowest, highest x) of a triangle (3, 2) strictly between two heights; (∞, −∞) if none."""
     left, right = np.inf, -np.inf

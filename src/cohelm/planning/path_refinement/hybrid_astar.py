@@ -24,7 +24,7 @@ from numba import njit
 
 from cohelm.array_kernels import NONE, ZERO, copy_row
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.planning.grid_search.cost_field import cost_field
 from cohelm.planning.grid_search.weights import Weights
 from cohelm.planning.path_refinement.configuration_space import (
@@ -59,7 +59,7 @@ class PoseNodes(NamedTuple):
     """Length of that motion, m, negative backwards; angle of a turn on the spot, rad, (nodes,)."""
 
 
-@njit(**CACHED)
+@callee()
 def empty_nodes(capacity: int, slots: int, coarse: int) -> PoseNodes:
     """Return no nodes, with space for ``capacity`` of them and for ``slots`` in the table."""
     size = 64
@@ -77,7 +77,7 @@ def empty_nodes(capacity: int, slots: int, coarse: int) -> PoseNodes:
     )
 
 
-@njit(**CACHED)
+@callee()
 def slot_of(nodes: PoseNodes, pose: Floats) -> int:
     """Slot of the table for the pose's square and sector; writes its key there."""
     cell, sectors = nodes.coarse * _CELL, _SECTORS // nodes.coarse
@@ -92,7 +92,7 @@ def slot_of(nodes: PoseNodes, pose: Floats) -> int:
     return slot
 
 
-@njit(**CACHED)
+@callee()
 def add_node(
     nodes: PoseNodes,
     node: int,
@@ -155,7 +155,7 @@ def dubins_words(pose: Floats, goal: Floats, radius: float) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _full(angle: float) -> float:
     """``angle`` in [0, 2π); a full turn except for rounding becomes 0."""
     turn = angle % (2.0 * math.pi)
@@ -166,7 +166,7 @@ STEP = 0.1
 """Length of a motion of the search, and distance between poses of a path, m."""
 
 
-@njit(**CACHED)
+@callee()
 def joined_legs(nodes: PoseNodes, last: int, word: Floats) -> Floats:
     """Legs (k, 5) from the seed to ``last`` and along the word."""
     pose, parent, bend = nodes.pose, nodes.parent, nodes.bend
@@ -408,7 +408,7 @@ def _search(
     return joined_legs(nodes, best_node, best_word), best, expansions
 
 
-@njit(**CACHED)
+@callee()
 def _move(
     space: ConfigurationSpace, limits: SearchLimits, nodes: PoseNodes, u: int, k: int, out: Floats
 ) -> tuple[tuple[float, float], float]:
@@ -430,13 +430,13 @@ def _move(
     return (kappa, gear * STEP), cost + _gear_cost(nodes, u, gear)
 
 
-@njit(**CACHED)
+@callee()
 def _scale(limits: SearchLimits, gear: float) -> float:
     """Metres forward that a metre in a gear of the search is worth."""
     return _BACKWARD if (gear < 0.0) != limits.from_end else 1.0
 
 
-@njit(**CACHED)
+@callee()
 def _gear_cost(nodes: PoseNodes, u: int, gear: float) -> float:
     """Cost of the stop if a motion in a gear after node u changes the gear, m.
 
@@ -445,7 +445,7 @@ def _gear_cost(nodes: PoseNodes, u: int, gear: float) -> float:
     return _CUSP if nodes.bend[u] < np.inf and gear * nodes.length[u] < 0.0 else 0.0
 
 
-@njit(**CACHED)
+@callee()
 def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> bool:
     """Check that motion k from a pose overlaps nothing."""
     if _ARCS <= k < _TURNS:
@@ -453,7 +453,7 @@ def _is_free(space: ConfigurationSpace, pose: Floats, k: int, after: Floats) -> 
     return motion_is_free(space, pose, after)
 
 
-@njit(**CACHED)
+@callee()
 def _ahead(space: ConfigurationSpace, guide: Floats, corner: Integers, x: float, y: float) -> float:
     """Cost from a point to the goal over the plane, without the footprint; ∞ if unreachable, m."""
     res = space.footprint.resolution
@@ -470,12 +470,12 @@ def _ahead(space: ConfigurationSpace, guide: Floats, corner: Integers, x: float,
     return best
 
 
-@njit(**CACHED)
+@callee()
 def _is_near(pose: Floats, goal: Floats) -> bool:
     return math.hypot(pose[0] - goal[0], pose[1] - goal[1]) < 0.5
 
 
-@njit(**CACHED)
+@callee()
 def _best_shot(
     space: ConfigurationSpace,
     nodes: PoseNodes,
@@ -497,7 +497,7 @@ def _best_shot(
     return found, price
 
 
-@njit(**CACHED)
+@callee()
 def _shot(
     space: ConfigurationSpace, pose: Floats, goal: Floats, gear: float, scale: float, most: float
 ) -> tuple[Floats, float]:

@@ -10,7 +10,7 @@ from numba import njit
 
 from cohelm.array_kernels import ZERO
 from cohelm.arrays import Floats, Floats32
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.distance import sample
 from cohelm.planning.grid_search.weights import Weights
 
@@ -101,7 +101,7 @@ def shorten(points: Floats, grid: LineGrid, wanted: float) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _may_replace(
     i: int, j: int, points: Floats, along: Floats, near: Floats, grid: LineGrid, wanted: float
 ) -> bool:
@@ -115,7 +115,7 @@ def _may_replace(
     return clear >= floor - 1e-9
 
 
-@njit(**CACHED)
+@callee()
 def _segment(a: Floats, b: Floats, grid: LineGrid) -> tuple[float, float]:
     """(cost of a straight segment, m; its minimum clearance, m), sampled every quarter cell."""
     dx, dy = b[0] - a[0], b[1] - a[1]
@@ -132,7 +132,7 @@ def _segment(a: Floats, b: Floats, grid: LineGrid) -> tuple[float, float]:
     return total * length / count, near
 
 
-@njit(**CACHED)
+@callee()
 def _weight(weights: Floats32, resolution: float, x: float, y: float) -> float:
     """Weight at a point, bilinear between the cell centres that are not blocked."""
     c, r = x / resolution + 0.5, y / resolution + 0.5  # the packed grid starts one cell earlier
@@ -151,14 +151,14 @@ def _weight(weights: Floats32, resolution: float, x: float, y: float) -> float:
     return total / share if share > 1e-9 else np.inf
 
 
-@njit(**CACHED)
+@callee()
 def clearance_at(clearance: Floats32, resolution: float, x: float, y: float) -> float:
     """Clearance at a point, bilinear between the cell centres, m."""
     distance, _, _ = sample(clearance, resolution, _ORIGIN, x, y)
     return distance
 
 
-@njit(**CACHED)
+@callee()
 def closed_by_rule(grid: LineGrid, x: float, y: float) -> bool:
     """Check that a point's cell is blocked by a zone, not by an obstacle near it."""
     clearance = grid.clearance

@@ -28,7 +28,7 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.config import Model
 from cohelm.geometry import resample
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps.distance import sample
 from cohelm.planning.path_refinement.shortening import (
     LineGrid,
@@ -121,7 +121,7 @@ def curvature_of(points: Floats) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _bend(line: Floats, i: int) -> float:
     ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
     bx, by = line[i + 1, 0] - line[i, 0], line[i + 1, 1] - line[i, 1]
@@ -130,7 +130,7 @@ def _bend(line: Floats, i: int) -> float:
     return turn / mean if turn > 0.0 else 0.0
 
 
-@njit(**CACHED)
+@callee()
 def _is_sharp(line: Floats, i: int, curvature: float) -> bool:
     """Check that the line bends more than allowed, to second order in the turn."""
     ax, ay = line[i, 0] - line[i - 1, 0], line[i, 1] - line[i - 1, 1]
@@ -196,7 +196,7 @@ def _relax(  # a kernel takes plain arrays
             break
 
 
-@njit(**CACHED)
+@callee()
 def _floors(line: Floats, grid: LineGrid, wanted: float) -> Floats:
     """Minimum clearance (n,) that each point must keep, m."""
     n = line.shape[0]
@@ -243,7 +243,7 @@ def tangent_discs(line: Floats, held: Booleans, curvature: float) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def push_out_of_disc(disc: Floats, x: float, y: float) -> tuple[float, float]:
     """Nearest point outside a disc (x, y, radius)."""
     dx, dy = x - disc[0], y - disc[1]

@@ -9,7 +9,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.geometry import wrap_angle
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.simulation.api import Crowd
 
 GOLDEN_RATIO = 0.6180339887498949
@@ -126,7 +126,7 @@ def last_passed(waypoints: Floats, target: Integers, loop: Booleans) -> Floats:
     return out
 
 
-@njit(**CACHED)
+@callee()
 def waypoint_count(waypoints: Floats, i: int) -> int:
     """Count the way-points of person ``i``."""
     count = 0

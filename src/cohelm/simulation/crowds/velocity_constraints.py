@@ -16,7 +16,7 @@ from numba import njit
 
 from cohelm.array_kernels import copy_row, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.simulation.wall_geometry import SurfaceCells, free_region, near_cells, to_grid_frame
 
 _PARALLEL = 1e-5
@@ -50,7 +50,7 @@ def best_velocity(
     return x, y
 
 
-@njit(**CACHED)
+@callee()
 def _nearest(
     planes: Floats, count: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[int, float, float]:
@@ -77,7 +77,7 @@ def _nearest(
     return count, vx, vy
 
 
-@njit(**CACHED)
+@callee()
 def _on_border(
     planes: Floats, i: int, max_speed: float, x: float, y: float, along: bool
 ) -> tuple[bool, float]:
@@ -109,7 +109,7 @@ def _on_border(
     return True, min(max(dx * (x - px) + dy * (y - py), low), high)
 
 
-@njit(**CACHED)
+@callee()
 def _least_violation(
     planes: Floats, hard: int, begin: int, max_speed: float, vx: float, vy: float
 ) -> tuple[float, float]:
@@ -190,7 +190,7 @@ def orca_velocities(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _neighbours(
     position: Floats, i: int, sees_robot: bool, distance: float, limit: int
 ) -> Integers:
@@ -219,7 +219,7 @@ def _neighbours(
     return found[:count]
 
 
-@njit(**CACHED)
+@callee()
 def _orca_plane(
     position: Floats,
     velocity: Floats,
@@ -262,7 +262,7 @@ def _orca_plane(
     return velocity[i, 0] + share * ux, velocity[i, 1] + share * uy, dx, dy
 
 
-@njit(**CACHED)
+@callee()
 def wall_planes(
     walls: SurfaceCells,
     position: Floats,
@@ -286,7 +286,7 @@ def wall_planes(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def allowed_share(planes: Floats, vx: float, vy: float) -> float:
     """Share of a velocity that half-planes about 0 allow; 1 except for rounding."""
     keep = 1.0

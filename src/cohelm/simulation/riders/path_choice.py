@@ -18,7 +18,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
 from cohelm.geometry import arc_length, inverse, nearest_on_polyline, transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.simulation.api import RiderView
 
 SPACING = 0.1
@@ -86,7 +86,7 @@ def bearing(path: Floats, pose: Floats, at: int, offset: float, lookahead: float
     return float((math.atan2(dy, dx) - pose[2] + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-@njit(**CACHED)
+@callee()
 def _gap(box: Floats, x: float, y: float) -> float:
     """Distance from a box (x, y low, x, y high) to a point; negative inside."""
     ex, ey = max(box[0] - x, x - box[2]), max(box[1] - y, y - box[3])
@@ -95,7 +95,7 @@ def _gap(box: Floats, x: float, y: float) -> float:
     return float(max(ex, ey))
 
 
-@njit(**CACHED)
+@callee()
 def _gaps(
     points: Floats, people: Floats, box: Floats, pose: Floats, time: float
 ) -> tuple[float, float]:
@@ -115,7 +115,7 @@ def _gaps(
     return obstacle, person
 
 
-@njit(**CACHED)
+@callee()
 def _next_index(path: Floats, pose: Floats, at: int) -> int:
     """Index of the path point at the chair, which was ``at`` before."""
     while at < len(path) - 1:
@@ -127,7 +127,7 @@ def _next_index(path: Floats, pose: Floats, at: int) -> int:
     return at
 
 
-@njit(**CACHED)
+@callee()
 def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
     """Progress along the path, and distance from it, of a chair at its point ``at``, m."""
     end = len(path) - 1
@@ -140,7 +140,7 @@ def _progress(path: Floats, pose: Floats, at: int) -> tuple[float, float]:
     )
 
 
-@njit(**CACHED)
+@callee()
 def _rollout(
     path: Floats,
     points: Floats,

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Booleans, Floats
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 
 
 @njit(**CACHED)
@@ -75,7 +75,7 @@ def in_sight(
     return out
 
 
-@njit(**CACHED)
+@callee()
 def _within_range(discs: Floats, pose: Floats, reach: float) -> Floats:
     """Discs that rays can meet, relative to the sensor's position."""
     out = np.empty_like(discs)
@@ -88,7 +88,7 @@ def _within_range(discs: Floats, pose: Floats, reach: float) -> Floats:
     return out[:count]
 
 
-@njit(**CACHED)
+@callee()
 def _to_disc(disc: Floats, dx: float, dy: float) -> float:
     """Distance to a disc along a ray from the origin in unit direction (dx, dy); inf: no hit."""
     along = disc[0] * dx + disc[1] * dy
@@ -102,7 +102,7 @@ def _to_disc(disc: Floats, dx: float, dy: float) -> float:
     return distance
 
 
-@njit(**CACHED)
+@callee()
 def _to_cell(occupied: Booleans, x: float, y: float, dx: float, dy: float, reach: float) -> float:
     """Distance, in cells, to an occupied cell from (x, y) along the unit direction (dx, dy)."""
     # Clip the ray to the grid.

@@ -16,7 +16,7 @@ from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, read_only, value
 from cohelm.geometry import transform
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.messages import PointCloud
 from cohelm.robots import CloudMount
 from cohelm.simulation.sensors.grid_raycast import span, stride
@@ -98,7 +98,7 @@ def cast_columns(
     return out, owner, alone
 
 
-@njit(**CACHED)
+@callee()
 def _within_range(circles: Floats, origin: Floats, reach: float) -> Floats:
     """Bodies within range, (m, 4): x, y from the origin, radius, index."""
     out = np.empty((circles.shape[0], 4))
@@ -111,7 +111,7 @@ def _within_range(circles: Floats, origin: Floats, reach: float) -> Floats:
     return out[:count]
 
 
-@njit(**CACHED)
+@callee()
 def _through_cells(
     tops: Floats32,
     resolution: float,
@@ -167,7 +167,7 @@ def _through_cells(
             return
 
 
-@njit(**CACHED)
+@callee()
 def _against_body(
     index: int,
     along: float,

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
-from cohelm.kernels import CACHED
+from cohelm.kernels import CACHED, callee
 from cohelm.maps import OccupancyGrid
 
 
@@ -101,7 +101,7 @@ def floor_height(floor: Floats, x: float, y: float) -> float:
     return height
 
 
-@njit(**CACHED)
+@callee()
 def to_floor(floor: Floats, origin: Floats, dx: float, dy: float, slope: float) -> float:
     """Horizontal distance at which a ray meets the floor, m; +inf: never.
 
