@@ -39,7 +39,11 @@ help: ## this list
 	@sed -nE 's/^([a-z-]+):.*## (.*)$$/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
 
 .PHONY: run
-run: setup ready ## drive the chair yourself, in the browser
+run: setup ## drive the chair yourself, in the browser
+	@if [ ! -f $(PAGE) ]; then echo "building the page (npm and vite)" >&2; fi
+	@$(BIN)/cohelm compile > $(VENV)/compile.log 2>&1 & compile=$$!; \
+	    trap 'kill $$compile 2> /dev/null || true' EXIT; \
+	    $(MAKE) page > $(VENV)/page.log 2>&1 || { cat $(VENV)/page.log >&2; exit 1; }
 	@$(BIN)/cohelm drive $(DRIVE)
 
 .PHONY: ready

@@ -20,6 +20,7 @@ import hashlib
 import os
 import shutil
 import tempfile
+import time
 import warnings
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,6 +31,12 @@ from cohelm.numba_setup import MANIFEST, manifest, this_cpu
 FOLDER = "NUMBA_CACHE_DIR"
 """Environment variable of numba."""
 SOURCE = Path(__file__).parent
+KERNELS = 380
+"""Number of kernels that a ride with the default parts needs, roughly."""
+_SAMPLE = 30
+"""Number of kernels from which the time left is estimated."""
+_CLOCK = 0.05
+"""Delay of the clock that stamps files, s."""
 
 
 _refusals: list[str] = []
@@ -148,6 +155,36 @@ def is_filled(package: str = "control") -> bool:
     Kernels that have changed since, or that another numba compiled, are not detected.
     """
     return any((place().folder / package).rglob("*.nbi"))
+
+
+class CompileProgress:
+    """Progress of whatever processes compile, by the files of the cache."""
+
+    def __init__(self) -> None:
+        self._folder = place().folder
+        self._began = time.time()
+        self._before, self._first = len(self._stamps()), 0.0
+
+    @property
+    def seconds(self) -> float:
+        """Time since the beginning, s."""
+        return time.time() - self._began
+
+    @property
+    def kernels(self) -> int:
+        """Number of kernels compiled since the beginning."""
+        return sum(each >= self._began - _CLOCK for each in self._stamps())
+
+    def estimate(self) -> tuple[float, float | None]:
+        """Share of all kernels that is there, 0…1, and the time left, s; None: not known yet."""
+        known = len(self._stamps())
+        share, new = min(known / KERNELS, 0.99), known - self._before
+        self._first = self._first if new and self._first else self.seconds
+        spent = self.seconds - self._first
+        return share, spent * max(KERNELS - known, 1) / new if new > _SAMPLE else None
+
+    def _stamps(self) -> list[float]:
+        return [file.stat().st_mtime for file in self._folder.rglob("*.nbi")]
 
 
 class KernelLocator:

@@ -60,4 +60,4 @@ def callee(options: KernelOptions = CACHED) -> Callable[[Callable[P, R]], Callab
     return decorate
 
 
-_NO_ENTRY = cast("KernelOptions", {"no_cpython_wrapper": True})
+_NO_ENTRY: Any = {"no_cpython_wrapper": True}

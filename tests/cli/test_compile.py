@@ -78,14 +78,19 @@ def test_nothing_is_compiled_for_a_folder_that_does_not_last(quick, cohelm, monk
     assert "NUMBA_CACHE_DIR" in err
 
 
-def test_progress_counts_new_kernels_where_there_is_no_terminal(monkeypatch, tmp_path, capsys):
+def test_progress_counts_kernels_where_there_is_no_terminal(monkeypatch, cache, capsys):
     monkeypatch.setattr(compile_kernels, "INTERVAL", 0.0)
-    (tmp_path / "old.nbi").touch()
-    os.utime(tmp_path / "old.nbi", (0, 0))
-    with compile_kernels._Progress(tmp_path) as shown:
-        (tmp_path / "new.nbi").touch()
+    (cache / "old.nbi").touch()
+    os.utime(cache / "old.nbi", (0, 0))
+    counted = kernel_cache.CompileProgress()
+    with compile_kernels._Progress(counted) as shown:
+        for k in range(kernel_cache.KERNELS // 2 - 1):
+            (cache / f"{k}.nbi").touch()
         shown.enter("world")
-    assert "compiling 1 of about" in capsys.readouterr().err
+    assert counted.kernels == kernel_cache.KERNELS // 2 - 1
+    said = capsys.readouterr().err
+    assert "50 % (world)" in said
+    assert "left" in said
 
 
 @pytest.mark.slow

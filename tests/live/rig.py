@@ -38,7 +38,7 @@ class Inline:
 
     def __init__(self, mind, clock):
         self.mind, self.clock = mind, clock
-        self.takes, self.frozen, self.gave_up = 0.012, False, False
+        self.takes, self.frozen, self.gave_up, self.routes = 0.012, False, False, True
         self.pending, self.ready, self.starts, self.lost, self.pid = None, True, 1, "", None
         self.answers, self.requests = [], []
         self._due = self.requested_at = 0.0
@@ -123,7 +123,7 @@ class Rig:
             self.driver,
             floor,
             settings,
-            None,
+            SimpleNamespace(preparing=False),
             services,
             send=self.send,
             log_event=log_event,

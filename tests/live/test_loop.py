@@ -29,7 +29,7 @@ class Stand:
     """A chair that only listens."""
 
     def __init__(self):
-        self.starting_text, self.world, self.behind = "", None, False
+        self.preparing, self.load_routes, self.world, self.behind = None, False, None, False
         self.state, self.begun, self.awaited = CycleState(answered_mission=1), [], []
 
     def await_world(self, *, on):
@@ -45,8 +45,8 @@ class Stand:
 
 def made_loop(cycle, driver, send=lambda *_: None, world_factory=None):
     navigator = SimpleNamespace(
-        ready=False, starts=1, lost="", unanswered=None, gave_up=False,
-        supervise=lambda now: False, close=lambda: None,
+        ready=False, routes=True, starts=1, lost="", unanswered=None, gave_up=False,
+        supervise=lambda now, routes: False, close=lambda: None,
     )  # fmt: skip
     route_preview = SimpleNamespace(
         ready_or_failed=True, start=lambda: None, poll=lambda: None, close=lambda: None

@@ -16,7 +16,7 @@ class Pipe:
     """A pipe with one request, after which the owner has gone."""
 
     def __init__(self):
-        self.sent, self.requests = [], [SimpleNamespace(step_id=1, rider="")]
+        self.sent, self.requests = [], [SimpleNamespace(step_id=1, rider="", load_routes=False)]
 
     def send(self, message):
         self.sent.append(message)

@@ -7,7 +7,7 @@ import {
 const STANDING: ChairState = {
   type: "state", seq: 0, time: 0, pose: [0, 0, 0], speed: 0, turn_rate: 0, command: [0, 0],
   mode: "shared", pace: "normal", rider_authority: 0, link: "ready", heartbeat: -1, driver: "me", device: "none",
-  reason: null, not_ready: null, can_plan: true, arrived: false, paused: false, goal: null, remaining: null, route_version: 0, ride: "",
+  reason: null, not_ready: null, can_plan: true, preparing: null, arrived: false, paused: false, goal: null, remaining: null, route_version: 0, ride: "",
   plan: [], free: [], people: [], groups: [], offers: [], true_people: [], closed_doors: [], lateness: 0, rate: 1,
   unstored: "", clock: 0,
 };

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 from typing import Self
 
 from rich.live import Live
@@ -13,12 +12,8 @@ from cohelm import kernel_cache
 from cohelm.cli.report import ERRORS, print_line
 from cohelm.errors import ConfigError
 
-KERNELS = 300
-"""Number of kernels that are compiled, roughly."""
 INTERVAL = 10.0
 """Interval of progress lines where there is no terminal, s."""
-_CLOCK = 0.05
-"""Delay of the clock that stamps files, s."""
 
 
 def compile_all() -> int:
@@ -38,30 +33,29 @@ def compile_all() -> int:
     from cohelm.live import compilation
 
     state = kernel_cache.state()
-    with _Progress(place.folder) as progress:
+    counted = kernel_cache.CompileProgress()
+    with _Progress(counted) as progress:
         for part in compilation.compile_kernels():
             progress.enter(part)
     if kernel_cache.unsaved():
         raise ConfigError(f"{kernel_cache.unsaved()}; set {kernel_cache.FOLDER}")
     kernel_cache.mark_complete(state)
-    number = progress.number()
+    number = counted.kernels
     done = f"compiled {number} kernels" if number else "nothing to compile"
-    print_line(f"{done}, {progress.seconds():.0f} s; cache: {place.folder}")
+    print_line(f"{done}, {counted.seconds:.0f} s; cache: {place.folder}")
     return 0
 
 
 class _Progress:
     """Line on a terminal; elsewhere one line every ten seconds.
 
-    Kernels are counted by their new files, because several processes compile.
-
     Args:
-        folder: Folder of the cache.
+        counted: What is compiled already.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._began = self._last = time.time()
+    def __init__(self, counted: kernel_cache.CompileProgress) -> None:
+        self._counted = counted
+        self._last = time.time()
         self._part = ""
         self._live = Live(
             get_renderable=lambda: Text(self._text()),
@@ -79,15 +73,6 @@ class _Progress:
         if ERRORS.is_terminal:
             self._live.stop()
 
-    def seconds(self) -> float:
-        """Time since the beginning, s."""
-        return time.time() - self._began
-
-    def number(self) -> int:
-        """Number of kernels that were compiled so far."""
-        times = [file.stat().st_mtime for file in self._folder.rglob("*.nbi")]
-        return sum(each >= self._began - _CLOCK for each in times)
-
     def enter(self, part: str) -> None:
         """Show the part that is compiled now."""
         self._part = part
@@ -97,8 +82,7 @@ class _Progress:
             ERRORS.print(self._text(), markup=False, soft_wrap=True)
 
     def _text(self) -> str:
-        number, waited = self.number(), f"({self._part}), {self.seconds():.0f} s"
-        if not number:
-            return f"waiting for: compiled kernels {waited}"
-        total = max(KERNELS, number)
-        return f"waiting for: compiling {number} of about {total} kernels {waited}"
+        share, left = self._counted.estimate()
+        bar = "█" * round(20 * share) + "░" * (20 - round(20 * share))
+        wait = f"about {left:.0f} s left" if left is not None else f"{self._counted.seconds:.0f} s"
+        return f"waiting for: compiled kernels {bar} {100 * share:.0f} % ({self._part}), {wait}"

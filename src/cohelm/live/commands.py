@@ -190,6 +190,8 @@ class CommandHandler:
         for wish in message.wishes:
             check_wish(wish, self._floor.scene.floor)
         mission = self._driver.mission
+        if goal is not None and self._loop.preparing:
+            raise NotPossibleNow("Destinations can be chosen once everything is prepared.")
         if goal is None:
             self._driver.mission = mission.with_goal(None)
         else:

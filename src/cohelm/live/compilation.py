@@ -2,47 +2,52 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 from collections.abc import Iterator
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
 
-from cohelm import plugins
+from cohelm import kernel_cache, plugins
 from cohelm.control import LocalPlanner
 from cohelm.evaluation import measure, run
-from cohelm.live.control.navigator_process import warm_up
+from cohelm.live.control.ipc import ProcessReady
+from cohelm.live.control.navigator_process import ROUTES, warm_up
+from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
 from cohelm.live.control.world_factory import build_world
 from cohelm.live.floor_model import floor_model
 from cohelm.live.page import preview_process
 from cohelm.maps import distance_field
-from cohelm.messages import Mode
-from cohelm.perception import Detector
+from cohelm.messages import Observation
+from cohelm.perception import PerceptionParts, perceive
 from cohelm.processes import end_with_owner, leave_interrupts, spawn, without_interrupts
 from cohelm.scenarios import Scenario, load_scenario
+from cohelm.scenarios.scenario import PARTS, robot_of
 from cohelm.testing.scenes import BODY, local_problem, room, scan_of, walkers
 
 FLOOR, RIDE = "hospital", "crossing"
 """Scenarios of ``cohelm drive`` and of the examples of ``cohelm run``."""
-_WITHOUT_PLANNER = frozenset({"world", Mode.MANUAL.value})
-"""Cases of :func:`warm_up` in which no motion is planned."""
 _POLL_PERIOD = 1.0  # s
 
 
 def compile_kernels() -> Iterator[str]:
     """Run everything that a ride with the default parts needs, so that it is compiled and cached.
 
-    A second process compiles the local planner at the same time, where there is a second
-    processor.
+    In the order in which a rider needs it: first what a chair needs that its rider steers, then
+    routes. A second process compiles perception and the local planner at the same time, where there
+    is a second processor.
 
     Yields:
         Name of the part that is compiled next, or still.
     """
     usual = gc.get_threshold()
     gc.set_threshold(200_000, 20, 100)  # most new objects stay: visiting them takes a tenth of it
-    helper = spawn.Process(target=_compile_beside, name="compiler", daemon=True)
+    perceives, theirs = spawn.Pipe(duplex=False)
+    helper = spawn.Process(target=_compile_beside, args=(theirs,), name="compiler", daemon=True)
     try:
         if len(os.sched_getaffinity(0)) > 1:
             with without_interrupts():
@@ -52,14 +57,15 @@ def compile_kernels() -> Iterator[str]:
         floor_model(scenario, 0)
         yield "world and route planning"
         world = build_world(scenario, 0)
-        yield "route previews"
-        preview_process.warm_up(world.ride_setup)
-        yield "detector"
-        _detect(scenario)
+        while helper.is_alive() and not perceives.poll(_POLL_PERIOD):
+            yield "perception"
         for case in warm_up(world.ride_setup):
-            while case not in _WITHOUT_PLANNER and helper.is_alive():
-                yield "local planner"
-                helper.join(_POLL_PERIOD)
+            if case == ROUTES:
+                yield ROUTES
+                preview_process.warm_up(world.ride_setup)
+                while helper.is_alive():
+                    yield "local planner"
+                    helper.join(_POLL_PERIOD)
             yield f"navigator, {case}"
         yield "measures"
         measure(run(load_scenario(RIDE, ["time_limit=6"]), 0))
@@ -69,12 +75,31 @@ def compile_kernels() -> Iterator[str]:
             helper.terminate()
 
 
-def _compile_beside() -> None:
-    """Plan motions in a scene that needs neither a route nor a simulation."""
+def serve_compilation(pipe: Connection, _: None) -> None:
+    """Main function of a process that compiles, and tells its owner each part.
+
+    A fault ends it with its traceback on stderr; what is missing is compiled when it is needed.
+    """
+    leave_interrupts()
+    end_with_owner()
+    owner, state = OwnerPipe(pipe), kernel_cache.state()
+    with contextlib.suppress(OwnerGone):
+        for part in compile_kernels():
+            owner.send(ProcessReady(done=False, progress=part))
+        if not kernel_cache.unsaved():
+            kernel_cache.mark_complete(state)
+        owner.send(ProcessReady(done=True))
+
+
+def _compile_beside(perceives: Connection) -> None:
+    """Perceive, then plan motions, in a scene that needs neither a route nor a simulation."""
     leave_interrupts()
     end_with_owner()
     gc.set_threshold(200_000, 20, 100)
-    _plan_motions(load_scenario(FLOOR))
+    scenario = load_scenario(FLOOR)
+    _perceive(scenario)
+    perceives.send(True)
+    _plan_motions(scenario)
 
 
 def _plan_motions(scenario: Scenario) -> None:
@@ -92,11 +117,17 @@ def _plan_motions(scenario: Scenario) -> None:
     planner.plan(replace(problem, time=0.05), plan)
 
 
-def _detect(scenario: Scenario) -> None:
-    detector: Detector = _default_part("detectors", scenario.detector["use"])
-    pose, bodies = np.array([3.0, 4.0, 0.4]), [[6.0, 4.5, BODY], [5.0, 2.0, BODY]]
-    scan = scan_of(pose=pose, discs=bodies, time=2.0)
-    detector.detect(scan, pose, distance_field(room()))
+def _perceive(scenario: Scenario) -> None:
+    """Track two walkers in an empty room by a scanner."""
+    names = ("detector", "cloud_detector", "tracker", "group_detector")
+    made = {name: _default_part(PARTS[name][0], getattr(scenario, name)["use"]) for name in names}
+    parts = PerceptionParts(**made, outline=robot_of(scenario).outline)
+    pose, walls, memory = np.array([3.0, 4.0, 0.4]), distance_field(room()), None
+    for k in range(8):
+        bodies = [[6.0 - 0.05 * k, 4.5, BODY], [5.0, 2.0 + 0.05 * k, BODY]]
+        scan = scan_of(pose=pose, discs=bodies, time=0.1 * k)
+        seen = Observation.at_rest(0.1 * k, pose=pose, scans=(scan,))
+        _, memory = perceive(parts, seen, walls, memory)
 
 
 def _default_part(group: str, name: str) -> Any:

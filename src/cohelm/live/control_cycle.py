@@ -29,12 +29,15 @@ from cohelm.live.control.watchdog import (
     limit_acceleration,
 )
 from cohelm.live.control.world_factory import LiveWorld
-from cohelm.live.messages import ChairState, Notice, RouteUpdate, Send
+from cohelm.live.messages import ChairState, Notice, Preparing, RouteUpdate, Send
 from cohelm.live.page.state_messages import SLOW_NOTICE, reason_of, reason_text, world_fields
 from cohelm.live.services import Services
 from cohelm.messages import RiderProfile
 from cohelm.reasons import Reason
 from cohelm.safety import stop
+
+_STATE_PERIOD = 5
+"""Steps between two states without a world: what compiles has the computer's time."""
 
 
 class ControlCycle:
@@ -68,8 +71,10 @@ class ControlCycle:
         self._send, self._clock, self._unstored = send, clock, unstored
         self.state = CycleState()
         self.world: LiveWorld | None = None
-        self.starting_text = ""
-        """Additional text while the chair starts."""
+        self.preparing: Preparing | None = None
+        """Progress of compiling; None: everything is compiled."""
+        self.load_routes = False
+        """Let the navigator load the code of routes, once the chair stands and nobody steers."""
         self._unsent = UnsentReadings()
         self._sent = PageView(route=RouteUpdate(version=-1))
         """Route and differences that pages have already."""
@@ -86,6 +91,10 @@ class ControlCycle:
         """True if readings of a real chair wait, and the navigator is free: step at once."""
         real = self.world is not None and not self.world.simulated
         return real and self._navigator.free and self._unsent.waiting
+
+    @property
+    def _routable(self) -> bool:
+        return self._navigator.ready and self._navigator.routes
 
     def enter(self, world: LiveWorld) -> None:
         """Put the chair into another world, where it stands without a destination.
@@ -120,7 +129,13 @@ class ControlCycle:
 
     def navigator_restarted(self) -> None:
         """Forget the old navigator's decisions: the new one has no memory."""
-        self.state = replace(self.state, restart=True, watchdog=Watchdog(), answered_mission=-1)
+        self.state = replace(
+            self.state,
+            restart=True,
+            watchdog=Watchdog(),
+            answered_mission=-1,
+            loading_routes=-1,
+        )
 
     def step(self, due: float, run_calls: Callable[[], None]) -> None:
         """Run one control step.
@@ -146,7 +161,8 @@ class ControlCycle:
         now = self._clock()
         elapsed = self._select_command(now)
         real = world is not None and not world.simulated
-        if not real:  # pages see the simulated world that was decided about
+        slow = world is None and self.state.ticks % _STATE_PERIOD > 0
+        if not real and not slow:  # pages see the simulated world that was decided about
             self._send_state(world, now, late)
         if world is not None and not self.state.paused:
             self._advance(world, elapsed)
@@ -183,7 +199,13 @@ class ControlCycle:
             end=marks.end,
             begin=marks.begin,
             planning_context=self._route_preview.needs_context,
+            load_routes=self.load_routes
+            and not (
+                self._navigator.routes or self.moves or any(driver_link.deflection(link, now))
+            ),
         )
+        if request.load_routes:
+            state = replace(state, loading_routes=state.ticks)
         self.state = replace(state, restart=False, requested_time=time, requested_epoch=link.epoch)
         self._navigator.request(request, now)
         return self._navigator.ready
@@ -223,6 +245,10 @@ class ControlCycle:
         """Use an answer; one that comes too late decides about no motion."""
         driver, now, state = self._driver, self._clock(), self.state
         self._rides.add_log(answer.log)
+        loading = answer.step_id == state.loading_routes
+        if loading:
+            self._navigator.routes = True
+            self.state = state = replace(state, loading_routes=-1)
         if answer.step_id < state.first_step_id:
             return  # from the previous world
         if answer.planning_context is not None:
@@ -230,7 +256,7 @@ class ControlCycle:
         if answer.state is None:
             return
         rate, watchdog, time = state.time_rate, state.watchdog, world.time(now)
-        if world.simulated:
+        if world.simulated and not loading:
             rate = rate.answered(now - self._navigator.requested_at, now)
         if time - state.requested_time <= MAX_ANSWER_LATENCY + 1e-6:
             watchdog = Watchdog.of(answer, now, time, state.requested_epoch)
@@ -262,7 +288,7 @@ class ControlCycle:
             self.state = replace(state, commanded_at=now, command=stop(Reason.PAUSED))
             return elapsed
         no_decision = watchdog.decision is None and self._navigator.starts <= 1
-        starting = state.awaits_world or no_decision
+        starting = state.awaits_world or no_decision or state.loading_routes >= 0
         if state.starting and not starting:
             driver.require_confirmation_of_trip()
         hold_reason = held_by(driver.link, watchdog, now, starting=starting)
@@ -344,9 +370,10 @@ class ControlCycle:
             link=status,
             mode=mission.mode,
             pace=mission.pace,
-            reason=reason_text(command, self.starting_text, required),
+            reason=reason_text(command, required),
             not_ready=None if fault is None else reason_of(fault, fault.sentence),
-            can_plan=world is not None and self._navigator.ready and self._route_preview.ready,
+            can_plan=world is not None and self._routable and self._route_preview.ready,
+            preparing=self.preparing,
             arrived=state.arrived,
             paused=state.paused,
             goal=mission.goal,

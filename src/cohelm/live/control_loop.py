@@ -14,16 +14,16 @@ from dataclasses import dataclass
 
 from cohelm.errors import CohelmError
 from cohelm.live.control.driver_state import DriverState
+from cohelm.live.control.preparation import Preparation
 from cohelm.live.control.step_timing import STEP, StepTimer
 from cohelm.live.control_cycle import ControlCycle
-from cohelm.live.messages import Notice, Send
+from cohelm.live.messages import Notice, Preparing, Send
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
 from cohelm.platforms import PlatformError
 from cohelm.reasons import Reason
 
 _log = logging.getLogger(__name__)
-FIRST_TIME = "The first time this takes a minute or two."
 MAX_SLOW_CALLS = 64
 """Maximum number of slow calls in the queue; more are rejected."""
 NO_PAUSE_BELOW = 0.002
@@ -34,6 +34,8 @@ RETRY_PERIOD = 5.0
 """Time between two attempts to store what could not be stored, s."""
 LOG_TIMEOUT = 1.0
 """Time for the navigator to deliver the log of the last ride when the drive is closed, s."""
+_LOADING = Preparing(share=0.99, left=3.0)
+"""Shown from the end of the compilation until the navigator has loaded all of it."""
 Call = Callable[[], None]
 
 
@@ -98,7 +100,9 @@ class ControlLoop:
         """Time before which no slow call begins, s."""
         self._closing = threading.Event()
         self._timer = StepTimer(self._closing)
-        self._ready, self._cold = False, cold
+        self._usable, self._cold = False, cold
+        self._preparation: Preparation | None = None
+        """Compilation at a first start; None: everything is compiled."""
         self.deadlines = DeadlineCounts()
         self.error = ""
         """Reason why the chair cannot drive; empty if it can."""
@@ -108,15 +112,25 @@ class ControlLoop:
 
     @property
     def ready(self) -> bool:
-        """True once the chair can drive."""
+        """True once the chair can drive, with a destination too."""
         preview = self._services.route_preview
-        return self._navigator.ready and preview.ready_or_failed and self.cycle.world is not None
+        return self._steerable and self._preparation is None and preview.ready_or_failed
+
+    @property
+    def preparing(self) -> bool:
+        """True while the code of routes is missing."""
+        return self._preparation is not None
+
+    @property
+    def _steerable(self) -> bool:
+        return self._navigator.ready and self.cycle.world is not None
 
     def start(self) -> None:
         """Start the thread."""
         if self._cold:
-            _log.warning("compiling for this machine, once; it takes a minute or two")
-        self.cycle.starting_text = FIRST_TIME if self._cold else ""
+            _log.warning("compiling for this computer, once; the page shows how far it is")
+            self._preparation = Preparation()
+            self.cycle.preparing = self._preparation.state
         self._services.world_factory.start(self._seed, self._compiled)
         self._thread.start()
 
@@ -125,6 +139,8 @@ class ControlLoop:
         self._closing.set()
         if self._thread.is_alive():
             self._thread.join()
+        if self._preparation is not None:
+            self._preparation.close()
         self._services.rides.navigator_lost()
         if self.cycle.world is not None:
             self.cycle.world.close()
@@ -158,8 +174,19 @@ class ControlLoop:
         self._services.world_factory.start(self._seed if seed is None else seed, lambda: True)
 
     def _compiled(self) -> bool:
-        """Let one process compile at a time: two of them could corrupt the cache."""
-        return self._navigator.ready or not self._cold
+        """True if what a chair without a destination needs is compiled."""
+        return self._preparation is None or self._preparation.steerable
+
+    def _prepare(self, now: float) -> None:
+        """Follow the compilation, and let a navigator that has no code of routes load it."""
+        if self._preparation is None:
+            return
+        self._preparation.poll(now)
+        self.cycle.preparing = self._preparation.state or _LOADING
+        if self._preparation.done and self._navigator.ready:
+            self.cycle.load_routes = not self._navigator.routes
+            if self._navigator.routes:
+                self._preparation = self.cycle.preparing = None
 
     def _run(self) -> None:
         due = time.monotonic()
@@ -176,7 +203,7 @@ class ControlLoop:
             if begun > due + STEP:  # no attempt to catch up with lost steps
                 due = begun
             now = time.monotonic()
-            if self._ready:
+            if self._usable:
                 self.deadlines.add(missed=now > due + STEP)
             world = self.cycle.world
             wait = world.wait if world is not None and not self.cycle.state.paused else None
@@ -241,7 +268,9 @@ class ControlLoop:
 
     def _supervise(self, now: float) -> None:
         """Take over processes that are ready, replace lost ones, and install new worlds."""
-        if self._navigator.supervise(now):
+        self._prepare(now)
+        routes = self._preparation is None or self._preparation.done
+        if self._compiled() and self._navigator.supervise(now, routes=routes):
             self.cycle.navigator_restarted()
             if self._navigator.starts > 1:
                 self._driver.stop_until_confirmed(Reason.NAVIGATOR_TIMEOUT)
@@ -250,12 +279,13 @@ class ControlLoop:
         if now >= self._next_retry:
             self._next_retry = now + RETRY_PERIOD
             self._services.rides.retry()
-        if self._compiled():
+        if routes:
             self._services.route_preview.start()
         self._services.route_preview.poll()
         self._install_world()
-        if self.ready and not self._ready:
-            self._ready = True
+        previewing = self._services.route_preview.ready_or_failed or not routes
+        if self._steerable and previewing and not self._usable:
+            self._usable = True
             gc.collect()
             gc.freeze()  # objects that exist now stay: the collector need not visit them again
             self.cycle.navigator_restarted()

@@ -88,7 +88,7 @@ export const chair = {
   "notice.navigator_ready": "Die Navigation ist wieder bereit.",
   "notice.navigator_failed": "Die Navigation startet nicht. Angehalten.",
   "notice.loop_failed": "Das Programm ist ausgefallen. Angehalten.",
-  "notice.first_time": "Beim ersten Mal dauert das ein bis zwei Minuten.",
+  "refused.preparing": "Ziele können gewählt werden, sobald alles vorbereitet ist.",
   "refused.restarts": "Die Simulation beginnt schon neu.",
   "refused.noDestination": "Wählen Sie zuerst ein Ziel.",
   "refused.other": "Ein anderer Bildschirm fährt. Tippen Sie zuerst auf „Mit diesem Bildschirm fahren“.",

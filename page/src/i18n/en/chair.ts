@@ -88,7 +88,7 @@ export const chair = {
   "notice.navigator_ready": "The navigator is ready again.",
   "notice.navigator_failed": "The navigator does not start. Stopped.",
   "notice.loop_failed": "The program has failed. Stopped.",
-  "notice.first_time": "The first time this takes a minute or two.",
+  "refused.preparing": "Destinations can be chosen once everything is prepared.",
   "refused.restarts": "The simulation is already restarting.",
   "refused.noDestination": "Choose a destination first.",
   "refused.other": "Another screen drives. Tap \"Drive from this screen\" first.",

@@ -57,6 +57,8 @@ class CycleState:
     """True while another world is built; until then the chair stands."""
     first_step_id: int = 0
     """First step in this world; answers to older ones are not used."""
+    loading_routes: int = -1
+    """Step whose request makes the navigator load the code of routes; −1: none is unanswered."""
     restart: bool = False
     """True if the next request restarts the navigator."""
     requested_time: float = -math.inf

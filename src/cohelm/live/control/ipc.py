@@ -26,6 +26,8 @@ class ProcessSetup:
     """MCAP file of the drive; None: not recorded."""
     changes: MapChanges = NO_CHANGES
     """Contradictions to the map that earlier rides have seen."""
+    routes: bool = True
+    """False: the code that only routes need is still being compiled."""
 
 
 class RideBegin(NamedTuple):
@@ -61,6 +63,8 @@ class StepRequest:
     """Return the planning context, for a route preview."""
     paused: bool = False
     """The simulation is paused: return the planning context only, without a decision."""
+    load_routes: bool = False
+    """First load the code that only routes need; it takes seconds, and the chair stands."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 
 from cohelm.live.control.ipc import ProcessReady, ProcessSetup, StepAnswer, StepRequest
 from cohelm.live.control.navigator_process import serve_navigator
@@ -37,6 +38,8 @@ class NavigatorClient:
         """Request that the last lost process did not answer."""
         self.ready = False
         """True if it accepts requests."""
+        self.routes = True
+        """False: it has not loaded the code that only routes need."""
         self.lost = ""
         """Reason of the last loss; the control loop resets it to empty."""
         self.starts = 0
@@ -57,20 +60,20 @@ class NavigatorClient:
         """True if it waits for a request."""
         return self.ready and self.pending is None
 
-    def supervise(self, now: float) -> bool:
+    def supervise(self, now: float, *, routes: bool = True) -> bool:
         """Start a missing process and follow its progress.
 
         Args:
             now: s.
+            routes: False: the code that only routes need is still being compiled.
 
         Returns:
             True in the one call that finds a new process ready.
         """
         if self._process is None:
             if now >= self._start_at and not self.gave_up:
-                self._process = WorkerProcess(
-                    serve_navigator, self._process_setup, "cohelm-navigator"
-                )
+                setup, self.routes = replace(self._process_setup, routes=routes), routes
+                self._process = WorkerProcess(serve_navigator, setup, "cohelm-navigator")
                 self.starts += 1
             return False
         if self.ready:

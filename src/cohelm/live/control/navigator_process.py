@@ -36,6 +36,8 @@ from cohelm.safety import stop
 from cohelm.scenarios import RideSetup
 from cohelm.simulation import World
 
+ROUTES = "routes"
+"""First warm-up case with a destination."""
 _WARM_UP_STEPS = 12
 """Steps of each warm-up case."""
 _FULL_COLLECTION = 20
@@ -59,6 +61,8 @@ def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
 def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
     server = NavigatorServer(ride_setup, setup.changes)
     for progress in warm_up(ride_setup):
+        if progress == ROUTES and not setup.routes:
+            break
         pipe.send(ProcessReady(done=False, progress=progress))
     with DriveRecording(setup.record, ride_setup) as recording:
         gc.collect()
@@ -67,6 +71,9 @@ def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
         pipe.send(ProcessReady(done=True))
         while True:
             request = pipe.receive()
+            if request.load_routes:
+                for _ in warm_up(ride_setup):
+                    pass
             pipe.send(server.answer(request))
             server.record(request, recording)
             gc.collect(2 if request.step_id % _FULL_COLLECTION == 0 else 0)
@@ -189,6 +196,8 @@ class _WarmUpCase(NamedTuple):
 def warm_up(ride_setup: RideSetup) -> Iterator[str]:
     """Drive a little in every mode, in a separate world, so that all code is compiled and loaded.
 
+    The cases without a destination come first, in the order in which they need more.
+
     Yields:
         Name of the next case.
     """
@@ -216,15 +225,12 @@ def warm_up(ride_setup: RideSetup) -> Iterator[str]:
 
 def _warm_up_cases(ride_setup: RideSetup) -> Iterator[_WarmUpCase]:
     request = replace(ride_setup.request, wishes=(), mode=Mode.SHARED, speed_limit=0.7)
-    no_goal = np.full(2, np.nan)
-    # first what needs no local planner, which another process may still compile
-    manual = replace(request, goal=no_goal, mode=Mode.MANUAL)
-    yield _WarmUpCase(Mode.MANUAL.value, manual, (0.4, -0.3))
-    yield _WarmUpCase("route", request)
+    free = replace(request, goal=np.full(2, np.nan))
+    for mode in (Mode.MANUAL, Mode.STOP_ONLY, Mode.ASSISTED, Mode.SHARED):
+        yield _WarmUpCase(mode.value, replace(free, mode=mode), (0.4, -0.3))
+    yield _WarmUpCase(ROUTES, request)
     yield _WarmUpCase("stick", request, (0.5, 0.3))
     for wish in warm_up_wishes(ride_setup):
         yield _WarmUpCase(wish.kind, replace(request, wishes=(wish,)))
     yield _WarmUpCase("autonomous", replace(request, mode=Mode.AUTONOMOUS))
     yield _WarmUpCase("standing", replace(request, speed_limit=0.0))
-    for mode in (Mode.ASSISTED, Mode.STOP_ONLY):
-        yield _WarmUpCase(mode.value, replace(request, goal=no_goal, mode=mode), (0.4, -0.3))

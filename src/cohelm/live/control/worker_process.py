@@ -38,6 +38,7 @@ class WorkerProcess:
         work: Main function of the process, at the top level of a module.
         setup: Its argument.
         name: Name of the process.
+        daemon: False: it may have processes of its own, and must be closed.
         niceness: Added to that of the owner, from the first instruction on: to import the program
             takes seconds of computing, also while the chair drives.
     """
@@ -49,11 +50,12 @@ class WorkerProcess:
         name: str,
         *,
         niceness: int = 0,
+        daemon: bool = True,
     ) -> None:
         self._pipe, theirs = spawn.Pipe()
         _set_timeouts(self._pipe)
         self.process: BaseProcess = spawn.Process(
-            target=work, args=(theirs, setup), name=name, daemon=True
+            target=work, args=(theirs, setup), name=name, daemon=daemon
         )
         with without_interrupts():
             self.process.start()

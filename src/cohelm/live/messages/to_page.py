@@ -119,6 +119,15 @@ class NavigatorState(WireMessage):
     −1: no scanner looks there. Empty without a planar scanner."""
 
 
+class Preparing(WireMessage):
+    """Progress of compiling for this computer, at the first start."""
+
+    share: float
+    """What is done, 0…1."""
+    left: float | None = None
+    """Time left, s; None: not known yet."""
+
+
 class ChairState(NavigatorState):
     """State of chair, link and route; sent 20 times a second."""
 
@@ -146,6 +155,8 @@ class ChairState(NavigatorState):
     """What ``ResumeCommand`` cannot end, whatever it answers; None: it is enough."""
     can_plan: bool = True
     """True if ``PlanTrip`` would be answered now."""
+    preparing: Preparing | None = None
+    """None: everything is compiled; else there are no destinations yet."""
     arrived: bool = False
     paused: bool = False
     goal: Destination | None = None

@@ -17,23 +17,18 @@ SLOW_NOTICE = Notice(
 """Notice of overload."""
 
 
-def reason_text(
-    decision: Decision, starting_text: str, required: Reason | None
-) -> ReasonText | None:
+def reason_text(decision: Decision, required: Reason | None) -> ReasonText | None:
     """Return the reason of a decision for the rider; None if nothing holds the chair.
 
     Args:
         decision: Decision at the wheels.
-        starting_text: Additional text while the chair starts.
         required: Action that the driver must take first; None: nothing.
     """
     reason = decision.reason
     if reason is None or reason is Reason.ARRIVED:
         return None
     text = reason.sentence
-    if reason is Reason.STARTING:
-        text = f"{text} {starting_text}".strip()
-    elif required is not None and required is not reason:
+    if reason is not Reason.STARTING and required not in {None, reason}:
         text = f"{text} {required.sentence}"
     return reason_of(reason, text)
 
