@@ -63,7 +63,7 @@ demo: setup ## a ride across a hospital floor in the terminal, with a picture an
 page: $(PAGE) ## the rider's page, built where its sources have changed
 
 .PHONY: test
-test: setup page chromium ## the tests, without the slow ones
+test: ready chromium ## the tests, without the slow ones
 	cd page && npm run --silent test
 	$(BIN)/pytest -n $(WORKERS) -m "not slow"
 

@@ -59,11 +59,11 @@ def test_every_group_of_entry_points_is_a_known_kind():
 
 BUDGET = {
     "benchmarks": (11700, 60),
-    "cli": (4550, 29),
+    "cli": (4650, 30),
     "control": (8750, 56),
     "evaluation": (8075, 51),
     "health": (2125, 12),
-    "live": (9925, 63),
+    "live": (10150, 64),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5325, 36),
@@ -81,7 +81,7 @@ BUDGET = {
     "social": (300, 4),
     "testing": (2075, 14),
     "web": (2425, 18),
-    "": (2300, 17),
+    "": (2400, 17),
 }
 """Package → (lines, files) at most; "" is the root. Who raises a number says why in the commit."""
 LONGEST = 600
@@ -97,6 +97,20 @@ def test_a_package_keeps_its_budget(package):
     assert sum(lines) <= most
     assert len(files) <= count
     assert max(lines) <= LONGEST
+
+
+KERNELS = 545
+"""Compiled functions at most: each costs most of a second at a first start, and some of each start
+of a process. ``cohelm compile --profile`` tells which are dear."""
+
+
+def is_kernel(node):
+    decorators = [ast.unparse(each) for each in getattr(node, "decorator_list", ())]
+    return any("njit" in each or "callee" in each for each in decorators)
+
+
+def test_kernels_do_not_multiply():
+    assert sum(is_kernel(node) for tree in trees().values() for node in ast.walk(tree)) <= KERNELS
 
 
 def test_every_package_has_a_budget():
@@ -122,7 +136,7 @@ def test_only_a_compiled_function_takes_more_than_six_positional_arguments():
         for each in ast.walk(tree)
         if isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef)
         and len({arg.arg for arg in each.args.args} - {"self", "cls"}) > 6
-        and not any("njit" in ast.unparse(decorator) for decorator in each.decorator_list)
+        and not is_kernel(each)
     ]
     assert many == []
 

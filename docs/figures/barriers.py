@@ -6,8 +6,10 @@ python docs/figures/barriers.py [--plot FILE]
 import argparse
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numba import njit
 
 from barrier_pictures import Barrier, draw_barriers
 from cohelm.arrays import Floats
@@ -44,18 +46,22 @@ def scene(planner: SsMpcDcbf) -> LocalProblem:
 
 def values(prepared: PreparedControl, inputs: Floats) -> Floats:
     """H of body and social space of each person along inputs (N, m), (n, 2, N+1), m."""
-    people, capsule = prepared.scene.people, prepared.scene.robot.capsule
-    out = np.empty((len(people.weight), 2, len(inputs) + 1))
-    stage = first_stage(prepared.scene)
+    out = np.empty((len(prepared.scene.people.weight), 2, len(inputs) + 1))
+    _fill(prepared.scene, inputs, out)
+    return np.minimum(out, REACH)
+
+
+@njit
+def _fill(scene: Any, inputs: Floats, out: Floats) -> None:
+    stage = first_stage(scene)
     for k in range(len(inputs) + 1):
         for q in range(len(out)):
-            state = people.states[q, k]
-            e = state_encounter(people, capsule, q, stage)
-            out[q, 0, k] = body_value(prepared.scene, e, state, q, k, 2)
-            out[q, 1, k] = social_value(people, e, state)
+            state = scene.people.states[q, k]
+            e = state_encounter(scene.people, scene.robot.capsule, q, stage)
+            out[q, 0, k] = body_value(scene, e, state, q, k, 2)
+            out[q, 1, k] = social_value(scene.people, e, state)
         if k < len(inputs):
-            stage = advanced(prepared.scene, stage, inputs[k])
-    return np.minimum(out, REACH)
+            stage = advanced(scene, stage, inputs[k])
 
 
 def main() -> None:

@@ -104,7 +104,7 @@ export class Trip {
    */
   choose(to: To, name: string, wishes: readonly Wished[] = this.draft?.wishes ?? []): Promise<void> {
     selection.cancel();
-    if (chair.rider?.start_at_once) return this.#go(to, name, wishes.map(({ wish }) => wish));
+    if (chair.rider?.start_at_once && !chair.state?.preparing) return this.#go(to, name, wishes.map(({ wish }) => wish));
     return this.#look(to, name, wishes);
   }
 

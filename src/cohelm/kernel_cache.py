@@ -150,20 +150,28 @@ def unsaved() -> str:
 
 
 def is_filled(package: str = "control") -> bool:
-    """Check that kernels of a package are cached; by default the last ones that a ride compiles.
+    """Check that kernels of a package are cached; by default some of the local planner.
 
     Kernels that have changed since, or that another numba compiled, are not detected.
     """
     return any((place().folder / package).rglob("*.nbi"))
 
 
+def share() -> float:
+    """Number of kernels in the cache, as a share of those that a ride may need; may exceed 1."""
+    return len(_stamps()) / KERNELS
+
+
+def _stamps() -> list[float]:
+    return [file.stat().st_mtime for file in place().folder.rglob("*.nbi")]
+
+
 class CompileProgress:
     """Progress of whatever processes compile, by the files of the cache."""
 
     def __init__(self) -> None:
-        self._folder = place().folder
         self._began = time.time()
-        self._before, self._first = len(self._stamps()), 0.0
+        self._before, self._first = len(_stamps()), 0.0
 
     @property
     def seconds(self) -> float:
@@ -173,18 +181,16 @@ class CompileProgress:
     @property
     def kernels(self) -> int:
         """Number of kernels compiled since the beginning."""
-        return sum(each >= self._began - _CLOCK for each in self._stamps())
+        return sum(each >= self._began - _CLOCK for each in _stamps())
 
     def estimate(self) -> tuple[float, float | None]:
-        """Share of all kernels that is there, 0…1, and the time left, s; None: not known yet."""
-        known = len(self._stamps())
-        share, new = min(known / KERNELS, 0.99), known - self._before
+        """Share of all kernels that is there, 0…0.99, and the time left, s; None: not known yet."""
+        known = len(_stamps())
+        new = known - self._before
         self._first = self._first if new and self._first else self.seconds
         spent = self.seconds - self._first
-        return share, spent * max(KERNELS - known, 1) / new if new > _SAMPLE else None
-
-    def _stamps(self) -> list[float]:
-        return [file.stat().st_mtime for file in self._folder.rglob("*.nbi")]
+        left = spent * max(KERNELS - known, 1) / new if new > _SAMPLE else None
+        return min(known / KERNELS, 0.99), left
 
 
 class KernelLocator:

@@ -38,8 +38,8 @@ INNER = cast("KernelOptions", {**_OPTIONS, "forceinline": True})
 def callee(options: KernelOptions = CACHED) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return the decorator of a function that only kernels call.
 
-    It gets no entry point for Python, which would unpack every array of every table: a quarter of
-    the time of compiling. Calls from Python raise TypeError.
+    It gets no entry point for Python, which would unpack every array of every table: a ninth of all
+    compiling. Calls from Python raise TypeError.
 
     Args:
         options: one of the options above.

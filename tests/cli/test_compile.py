@@ -83,7 +83,7 @@ def test_progress_counts_kernels_where_there_is_no_terminal(monkeypatch, cache, 
     (cache / "old.nbi").touch()
     os.utime(cache / "old.nbi", (0, 0))
     counted = kernel_cache.CompileProgress()
-    with compile_kernels._Progress(counted) as shown:
+    with compile_kernels.CompileBar(counted) as shown:
         for k in range(kernel_cache.KERNELS // 2 - 1):
             (cache / f"{k}.nbi").touch()
         shown.enter("world")

@@ -6,24 +6,24 @@ from types import SimpleNamespace
 import pytest
 
 from cohelm.live import compilation
-from cohelm.live.control import preparation
-from cohelm.live.control.ipc import ProcessReady
-from cohelm.live.control.navigator_process import ROUTES
+from cohelm.live.control.ipc import CompileStatus
 from cohelm.live.control.preparation import Preparation
+from cohelm.live.control.step_timing import STEP
 from cohelm.live.messages import Preparing, SetGoal
+from cohelm.platforms import PlanarPlatform
 from cohelm.reasons import Reason
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 
-from .rig import Rig
+from .rig import Hidden, Rig
 from .test_loop import Stand, made_loop
 
 
 def compiles(pipe, _):
-    pipe.send(ProcessReady(done=False, progress="floor"))
-    pipe.send(ProcessReady(done=False, progress=ROUTES))
+    pipe.send(CompileStatus(share=0.5, left=60.0))
+    pipe.send(CompileStatus(share=0.8, left=20.0, steerable=True))
     pipe.recv()
-    pipe.send(ProcessReady(done=True))
+    pipe.send(CompileStatus(share=1.0, steerable=True, done=True))
 
 
 def fails(pipe, _):
@@ -33,8 +33,7 @@ def fails(pipe, _):
 @pytest.fixture
 def started(request, monkeypatch):
     monkeypatch.setattr(compilation, "serve_compilation", request.param)
-    monkeypatch.setattr(preparation, "_PERIOD", 0.0)
-    made = Preparation()
+    made = Preparation(early=True)
     process = made._process
     yield made
     made.close()
@@ -45,7 +44,7 @@ def until(made, holds):
     end = time.monotonic() + 60.0
     while not holds(made):
         assert time.monotonic() < end
-        made.poll(time.monotonic())
+        made.poll()
         time.sleep(0.01)
 
 
@@ -53,15 +52,17 @@ def until(made, holds):
 def test_the_stick_is_ready_before_routes(started):
     assert not started.steerable
     until(started, lambda made: made.steerable)
-    assert not started.done
-    assert 0.0 <= started.state.share < 1.0
+    assert started.status == CompileStatus(share=0.8, left=20.0, steerable=True)
+    started._early = False  # a real chair waits for all of it
+    assert not started.steerable
     started._process.send("go on")
-    until(started, lambda made: made.done)
+    until(started, lambda made: made.status.done)
+    assert started.steerable
 
 
 @pytest.mark.parametrize("started", [fails], indirect=True)
 def test_a_compilation_that_fails_holds_nobody_up(started):
-    until(started, lambda made: made.done)
+    until(started, lambda made: made.status.done)
     assert started.steerable
 
 
@@ -96,6 +97,29 @@ def test_the_chair_stands_and_says_so_while_routes_are_loaded(rig):
     assert (rig.state.reason, rig.state.can_plan, rig.state.link) == (None, True, "ready")
 
 
+@pytest.mark.parametrize(("platform", "takes"), [(PlanarPlatform, 7.0), (Hidden, 2.0)])
+def test_a_stick_held_meanwhile_must_be_centred_first(platform, takes):
+    """However long it takes, the driver need not confirm, and STOP stays STOP."""
+    rig = Rig(build_scenario(load_scenario("empty"), 0), platform)
+    rig.drive()
+    rig.navigator.routes, rig.cycle.load_routes, rig.navigator.takes = False, True, takes
+    rig.steps(5, 0.0)
+    rig.navigator.takes = 0.012
+    held = rig.steps(round(takes / STEP) + 20, 0.8)
+    assert rig.navigator.routes
+    assert all(state.command == (0.0, 0.0) for state in held)
+    assert held[-1].link == "centre_stick"
+    rig.steps(6, 0.0)
+    assert rig.steps(14, 0.8)[-1].command[0] > 0.0
+
+
+def test_a_stick_that_rests_beside_its_centre_delays_nothing(rig):
+    rig.drive()
+    rig.cycle.load_routes = True
+    rig.steps(10, 0.02)
+    assert rig.navigator.routes
+
+
 def test_a_navigator_that_is_lost_meanwhile_is_not_waited_for(rig):
     rig.drive()
     rig.cycle.load_routes, rig.navigator.takes = True, 2.0
@@ -116,16 +140,16 @@ def test_no_destination_is_taken_before_there_are_routes(rig):
 def test_a_loop_prepares_until_its_navigator_has_the_routes():
     loop = made_loop(Stand(), None)
     navigator = loop._navigator
-    compiled = SimpleNamespace(poll=lambda now: None, state=Preparing(share=0.5), done=False)
-    compiled.steerable, loop._preparation = False, compiled
+    compiled = SimpleNamespace(poll=lambda: None, status=CompileStatus(share=0.5), steerable=False)
+    compiled.close, loop._preparation = lambda: None, compiled
     asked = []
     navigator.supervise = lambda now, routes: asked.append(routes)
     loop._supervise(0.0)
-    assert (asked, loop.cycle.preparing) == ([], compiled.state)
+    assert (asked, loop.cycle.preparing) == ([], Preparing(share=0.5))
     compiled.steerable, navigator.routes = True, False
     loop._supervise(0.1)
     assert asked == [False]
-    navigator.ready, compiled.done, compiled.state = True, True, None
+    navigator.ready, compiled.status = True, CompileStatus(share=1.0, steerable=True, done=True)
     loop._supervise(0.2)
     assert loop.cycle.load_routes
     assert loop.preparing

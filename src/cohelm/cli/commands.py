@@ -176,8 +176,20 @@ def compare(
 
 
 @app.command("compile")
-def compile_() -> int:
+def compile_(
+    *,
+    profile: Annotated[
+        bool,
+        typer.Option(
+            "--profile", help="Compile all again, aside, and list what each kernel takes."
+        ),
+    ] = False,
+) -> int:
     """Compile everything that a ride needs now, so that no ride waits for it."""
+    if profile:
+        from cohelm.cli import compile_profile
+
+        return compile_profile.profile()
     from cohelm.cli import compile_kernels
 
     return compile_kernels.compile_all()

@@ -34,7 +34,7 @@ def compile_all() -> int:
 
     state = kernel_cache.state()
     counted = kernel_cache.CompileProgress()
-    with _Progress(counted) as progress:
+    with CompileBar(counted) as progress:
         for part in compilation.compile_kernels():
             progress.enter(part)
     if kernel_cache.unsaved():
@@ -46,7 +46,7 @@ def compile_all() -> int:
     return 0
 
 
-class _Progress:
+class CompileBar:
     """Line on a terminal; elsewhere one line every ten seconds.
 
     Args:

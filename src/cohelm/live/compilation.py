@@ -8,6 +8,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection
+from threading import Event, Thread
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ import numpy as np
 from cohelm import kernel_cache, plugins
 from cohelm.control import LocalPlanner
 from cohelm.evaluation import measure, run
-from cohelm.live.control.ipc import ProcessReady
+from cohelm.live.control.ipc import CompileStatus
 from cohelm.live.control.navigator_process import ROUTES, warm_up
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe
 from cohelm.live.control.world_factory import build_world
@@ -34,12 +35,15 @@ FLOOR, RIDE = "hospital", "crossing"
 _POLL_PERIOD = 1.0  # s
 
 
-def compile_kernels() -> Iterator[str]:
+def compile_kernels(*, alone: bool = False) -> Iterator[str]:
     """Run everything that a ride with the default parts needs, so that it is compiled and cached.
 
     In the order in which a rider needs it: first what a chair needs that its rider steers, then
     routes. A second process compiles perception and the local planner at the same time, where there
     is a second processor.
+
+    Args:
+        alone: True: this process compiles all.
 
     Yields:
         Name of the part that is compiled next, or still.
@@ -49,7 +53,7 @@ def compile_kernels() -> Iterator[str]:
     perceives, theirs = spawn.Pipe(duplex=False)
     helper = spawn.Process(target=_compile_beside, args=(theirs,), name="compiler", daemon=True)
     try:
-        if len(os.sched_getaffinity(0)) > 1:
+        if len(os.sched_getaffinity(0)) > 1 and not alone:
             with without_interrupts():
                 helper.start()
         yield "floor"
@@ -76,19 +80,33 @@ def compile_kernels() -> Iterator[str]:
 
 
 def serve_compilation(pipe: Connection, _: None) -> None:
-    """Main function of a process that compiles, and tells its owner each part.
+    """Main function of a process that compiles, and tells its owner every second how far it is.
 
     A fault ends it with its traceback on stderr; what is missing is compiled when it is needed.
     """
     leave_interrupts()
     end_with_owner()
-    owner, state = OwnerPipe(pipe), kernel_cache.state()
+    owner, state, steerable, end = OwnerPipe(pipe), kernel_cache.state(), Event(), Event()
+    teller = Thread(target=_tell, args=(owner, steerable, end), daemon=True)
+    teller.start()
+    for part in compile_kernels():
+        if part == ROUTES:
+            steerable.set()
+    if not kernel_cache.unsaved():
+        kernel_cache.mark_complete(state)
+    end.set()
+    teller.join()
+
+
+def _tell(owner: OwnerPipe, steerable: Event, end: Event) -> None:
+    progress = kernel_cache.CompileProgress()
     with contextlib.suppress(OwnerGone):
-        for part in compile_kernels():
-            owner.send(ProcessReady(done=False, progress=part))
-        if not kernel_cache.unsaved():
-            kernel_cache.mark_complete(state)
-        owner.send(ProcessReady(done=True))
+        while not end.wait(_POLL_PERIOD):
+            with contextlib.suppress(OSError):  # a file has just gone
+                share, left = progress.estimate()
+                ready = steerable.is_set()
+                owner.send(CompileStatus(share=share, left=left, steerable=ready))
+        owner.send(CompileStatus(share=1.0, steerable=True, done=True))
 
 
 def _compile_beside(perceives: Connection) -> None:

@@ -9,6 +9,7 @@ t + T   next step (``step_timing``)
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -200,9 +201,8 @@ class ControlCycle:
             begin=marks.begin,
             planning_context=self._route_preview.needs_context,
             load_routes=self.load_routes
-            and not (
-                self._navigator.routes or self.moves or any(driver_link.deflection(link, now))
-            ),
+            and not (self._navigator.routes or self.moves)
+            and math.hypot(*driver_link.deflection(link, now)) <= self._settings.rider.dead_zone,
         )
         if request.load_routes:
             state = replace(state, loading_routes=state.ticks)
@@ -248,7 +248,10 @@ class ControlCycle:
         loading = answer.step_id == state.loading_routes
         if loading:
             self._navigator.routes = True
-            self.state = state = replace(state, loading_routes=-1)
+            # Else the last decision would count as too old, and the driver had to confirm.
+            watchdog = replace(state.watchdog, at=self._clock())
+            self.state = state = replace(state, loading_routes=-1, watchdog=watchdog)
+            self._driver.require_centring()
         if answer.step_id < state.first_step_id:
             return  # from the previous world
         if answer.planning_context is not None:

@@ -34,8 +34,6 @@ RETRY_PERIOD = 5.0
 """Time between two attempts to store what could not be stored, s."""
 LOG_TIMEOUT = 1.0
 """Time for the navigator to deliver the log of the last ride when the drive is closed, s."""
-_LOADING = Preparing(share=0.99, left=3.0)
-"""Shown from the end of the compilation until the navigator has loaded all of it."""
 Call = Callable[[], None]
 
 
@@ -74,7 +72,8 @@ class ControlLoop:
         driver: Link and mission.
         services: Helpers of the loop.
         seed: Seed of the first world.
-        cold: True if nothing is compiled yet.
+        cold: True if much is not compiled yet.
+        early: False: a first start waits for all that is compiled; see ``Preparation``.
         send: Sends messages to pages.
         log_event: Adds entries to the audit log.
     """
@@ -87,6 +86,7 @@ class ControlLoop:
         *,
         seed: int,
         cold: bool,
+        early: bool = True,
         send: Send,
         log_event: LogEvent,
     ) -> None:
@@ -100,7 +100,7 @@ class ControlLoop:
         """Time before which no slow call begins, s."""
         self._closing = threading.Event()
         self._timer = StepTimer(self._closing)
-        self._usable, self._cold = False, cold
+        self._usable, self._cold, self._early = False, cold, early
         self._preparation: Preparation | None = None
         """Compilation at a first start; None: everything is compiled."""
         self.deadlines = DeadlineCounts()
@@ -129,8 +129,8 @@ class ControlLoop:
         """Start the thread."""
         if self._cold:
             _log.warning("compiling for this computer, once; the page shows how far it is")
-            self._preparation = Preparation()
-            self.cycle.preparing = self._preparation.state
+            self._preparation = Preparation(early=self._early)
+            self.cycle.preparing = Preparing(share=0.0)
         self._services.world_factory.start(self._seed, self._compiled)
         self._thread.start()
 
@@ -177,15 +177,17 @@ class ControlLoop:
         """True if what a chair without a destination needs is compiled."""
         return self._preparation is None or self._preparation.steerable
 
-    def _prepare(self, now: float) -> None:
+    def _prepare(self) -> None:
         """Follow the compilation, and let a navigator that has no code of routes load it."""
         if self._preparation is None:
             return
-        self._preparation.poll(now)
-        self.cycle.preparing = self._preparation.state or _LOADING
-        if self._preparation.done and self._navigator.ready:
+        self._preparation.poll()
+        status = self._preparation.status
+        self.cycle.preparing = Preparing(share=status.share, left=status.left)
+        if status.done and self._navigator.ready:
             self.cycle.load_routes = not self._navigator.routes
             if self._navigator.routes:
+                self._preparation.close()
                 self._preparation = self.cycle.preparing = None
 
     def _run(self) -> None:
@@ -268,8 +270,8 @@ class ControlLoop:
 
     def _supervise(self, now: float) -> None:
         """Take over processes that are ready, replace lost ones, and install new worlds."""
-        self._prepare(now)
-        routes = self._preparation is None or self._preparation.done
+        self._prepare()
+        routes = self._preparation is None or self._preparation.status.done
         if self._compiled() and self._navigator.supervise(now, routes=routes):
             self.cycle.navigator_restarted()
             if self._navigator.starts > 1:

@@ -101,6 +101,9 @@ class DriveSetup:
     """Initial rider's settings; None: the stored ones, else those of the profile."""
 
 
+_NEARLY_ALL = 0.9
+
+
 class Drive:
     """Chair in simulation that a person drives live.
 
@@ -113,7 +116,8 @@ class Drive:
     """
 
     def __init__(self, setup: DriveSetup) -> None:
-        cold = not kernel_cache.is_filled()  # before the floor model compiles its few kernels
+        # What a navigator lacks of a nearly complete cache it compiles itself.
+        cold = kernel_cache.share() < _NEARLY_ALL and kernel_cache.place().lasts
         model = floor_model(setup.scenario, setup.seed)
         self._scene, self._png, self.solids = model.scene, model.png, model.solids
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
@@ -147,6 +151,7 @@ class Drive:
             services,
             seed=setup.seed,
             cold=cold,
+            early=self._scene.simulation,
             send=self._send,
             log_event=log_event,
         )
@@ -192,8 +197,8 @@ class Drive:
     def start(self) -> None:
         """Start the ride and return at once.
 
-        Until everything is compiled and warm, which takes a minute or two the first time, the
-        chair stands and ``ChairState.reason`` says so.
+        Until its kernels are compiled and warm the chair stands and ``ChairState.reason`` says so;
+        ``ChairState.preparing`` tells how far a first start is.
         """
         scene = self._scene
         self.audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)

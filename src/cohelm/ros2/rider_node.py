@@ -18,6 +18,7 @@ from typing import Any
 from cohelm.live import Drive
 from cohelm.live.messages import (
     Heartbeat,
+    Rejected,
     ResumeCommand,
     SetGoal,
     StopCommand,
@@ -133,6 +134,8 @@ class RiderNode:
 
     def _show(self, message: ToPage, client: str | None) -> None:
         """Publish a message to pages; one for another page is not shown."""
+        if client == CLIENT and isinstance(message, Rejected):
+            _log.warning("%s", message.text)
         if client is not None:
             return
         name_ = self._parameters.name

@@ -24,6 +24,7 @@ export const rider = {
   "link.noAnswer": "Der Rollstuhl hat nicht geantwortet.",
   "prepare.all": "Dieser Computer wird einmalig vorbereitet: {percent} %, {time}. Dann können Sie fahren.",
   "prepare.routes": "Sie können mit dem Joystick fahren. Ziele folgen: {percent} %, {time}.",
+  "prepare.release": "Lassen Sie den Joystick einige Sekunden los: Danach können Sie ein Ziel wählen.",
   "prepare.unknown": "einige Minuten",
   "link.elapsed": "{time} vergangen.",
   "link.slow": "Dieser Rechner ist langsam: die Simulation läuft langsamer.",

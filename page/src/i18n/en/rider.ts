@@ -24,6 +24,7 @@ export const rider = {
   "link.noAnswer": "The chair did not respond.",
   "prepare.all": "Preparing this computer, once: {percent} %, {time}. Then you can drive.",
   "prepare.routes": "You can drive by the stick. Destinations follow: {percent} %, {time}.",
+  "prepare.release": "Let go of the stick for some seconds: then you can choose a destination.",
   "prepare.unknown": "a few minutes",
   "link.elapsed": "{time} elapsed.",
   "link.slow": "This computer is slow: the simulation runs slower.",

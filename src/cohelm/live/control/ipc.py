@@ -93,6 +93,19 @@ class StepAnswer:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CompileStatus:
+    """Progress of the process that compiles."""
+
+    share: float = 0.0
+    """What is there, 0…1."""
+    left: float | None = None
+    """Time left, s; None: not known yet."""
+    steerable: bool = False
+    """True once a chair without a destination finds all that it needs."""
+    done: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessReady:
     """Progress of a new process."""
 

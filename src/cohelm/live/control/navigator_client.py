@@ -11,6 +11,8 @@ from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
 
 ANSWER_TIMEOUT = 10.0
 """Maximum time for an answer, s; then the process is replaced."""
+LOAD_TIMEOUT = 180.0
+"""The same where it first loads the code of routes, and compiles what that lacks, s."""
 MAX_FAILED_STARTS = 3
 """Consecutive processes that may fail before they are ready; then no more are started."""
 RESTART_DELAY = 1.0
@@ -106,8 +108,9 @@ class NavigatorClient:
             return message
         if self._process is None:
             return None
-        if now - self.requested_at > ANSWER_TIMEOUT:
-            self._lose(now, f"no answer for {ANSWER_TIMEOUT:g} s")
+        limit = LOAD_TIMEOUT if self.pending.load_routes else ANSWER_TIMEOUT
+        if now - self.requested_at > limit:
+            self._lose(now, f"no answer for {limit:g} s")
         return None
 
     def close(self) -> None:

@@ -74,6 +74,8 @@ def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
             if request.load_routes:
                 for _ in warm_up(ride_setup):
                     pass
+                gc.collect()
+                gc.freeze()
             pipe.send(server.answer(request))
             server.record(request, recording)
             gc.collect(2 if request.step_id % _FULL_COLLECTION == 0 else 0)

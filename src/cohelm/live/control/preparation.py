@@ -4,62 +4,52 @@ from __future__ import annotations
 
 import logging
 
-from cohelm.kernel_cache import CompileProgress
-from cohelm.live.control.ipc import ProcessReady
-from cohelm.live.control.navigator_process import ROUTES
+from cohelm.live.control.ipc import CompileStatus
 from cohelm.live.control.worker_process import ProcessGone, WorkerProcess
-from cohelm.live.messages import Preparing
 
-_PERIOD = 1.0
-"""Time between two looks at the progress, s."""
 _NICENESS = 5
 _log = logging.getLogger(__name__)
 
 
 class Preparation:
-    """Process that compiles what rides need, and its progress.
+    """Process that compiles what rides need, and its status.
 
     If it fails, all counts as compiled: the other processes compile what they miss.
+
+    Args:
+        early: False: nothing is ready before all is, since a real chair shall not drive while the
+            compiler has the computer.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, early: bool) -> None:
         from cohelm.live.compilation import serve_compilation  # noqa: PLC0415 # at a first start only
 
         self._process: WorkerProcess | None = WorkerProcess(
             serve_compilation, None, "cohelm-compiler", niceness=_NICENESS, daemon=False
         )
-        self._progress, self._next_look = CompileProgress(), 0.0
-        self.steerable = False
-        """True once a chair without a destination finds all that it needs."""
-        self.state: Preparing | None = Preparing(share=0.0)
-        """What pages show; None once everything is compiled."""
+        self._early = early
+        self.status = CompileStatus()
 
     @property
-    def done(self) -> bool:
-        """True once everything is compiled."""
-        return self.state is None
+    def steerable(self) -> bool:
+        """True once a chair without a destination may be driven."""
+        return self.status.done or (self._early and self.status.steerable)
 
-    def poll(self, now: float) -> None:
-        """Follow the process; ``now`` in s."""
-        if self._process is None or now < self._next_look:
+    def poll(self) -> None:
+        """Take the newest status."""
+        if self._process is None or self.status.done:
             return
-        self._next_look = now + _PERIOD
         try:
-            while isinstance(message := self._process.receive(0.0), ProcessReady):
-                _log.info("compiling: %s", message.progress)
-                self.steerable |= message.done or message.progress == ROUTES
-                if message.done:  # it ends by itself: to wait for it would delay the loop
-                    self._process = self.state = None
+            while isinstance(message := self._process.receive(0.0), CompileStatus):
+                self.status = message
+                if message.done:  # it ends by itself
                     return
         except ProcessGone as cause:
-            _log.error("compiling has failed: %s", cause)
-            self.steerable, self._process, self.state = True, None, None
-            return
-        share, left = self._progress.estimate()
-        self.state = Preparing(share=share, left=left)
+            _log.error("compiling has failed: %s", cause)  # its traceback is on stderr
+            self.status = CompileStatus(share=1.0, steerable=True, done=True)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process at once; what it has compiled is kept."""
         if self._process is not None:
-            self._process.close()
-        self._process, self.state = None, None
+            self._process.kill()
+        self._process = None

@@ -27,7 +27,7 @@ def held_by(link: LinkState, watchdog: Watchdog, now: float, *, starting: bool) 
         link: Link to the driver.
         watchdog: Last decision.
         now: s.
-        starting: The navigator has decided nothing in this world.
+        starting: The navigator has decided nothing in this world, or loads its code of routes.
     """
     if starting:
         return Reason.STARTING

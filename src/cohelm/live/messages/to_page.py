@@ -129,7 +129,7 @@ class Preparing(WireMessage):
 
 
 class ChairState(NavigatorState):
-    """State of chair, link and route; sent 20 times a second."""
+    """State of chair, link and route; sent 20 times a second, more seldom without a world."""
 
     type: Literal["state"] = "state"
     seq: int
