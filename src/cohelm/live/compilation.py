@@ -26,6 +26,8 @@ from cohelm.maps import distance_field
 from cohelm.messages import Observation
 from cohelm.perception import PerceptionParts, perceive
 from cohelm.processes import end_with_owner, leave_interrupts, spawn, without_interrupts
+from cohelm.reasons import Reason
+from cohelm.safety import stop
 from cohelm.scenarios import Scenario, load_scenario
 from cohelm.scenarios.scenario import PARTS, robot_of
 from cohelm.testing.scenes import BODY, local_problem, room, scan_of, walkers
@@ -33,6 +35,8 @@ from cohelm.testing.scenes import BODY, local_problem, room, scan_of, walkers
 FLOOR, RIDE = "hospital", "crossing"
 """Scenarios of ``cohelm drive`` and of the examples of ``cohelm run``."""
 _POLL_PERIOD = 1.0  # s
+_CROWD_STEPS = 400
+"""Steps in which somebody loses their way, which kernels of their own find again."""
 
 
 def compile_kernels(*, alone: bool = False) -> Iterator[str]:
@@ -61,6 +65,9 @@ def compile_kernels(*, alone: bool = False) -> Iterator[str]:
         floor_model(scenario, 0)
         yield "world and route planning"
         world = build_world(scenario, 0)
+        yield "crowd"
+        for _ in range(_CROWD_STEPS):
+            world.apply(stop(Reason.STARTING))
         while helper.is_alive() and not perceives.poll(_POLL_PERIOD):
             yield "perception"
         for case in warm_up(world.ride_setup):
