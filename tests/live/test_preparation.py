@@ -7,9 +7,9 @@ import pytest
 
 from cohelm.live import compilation
 from cohelm.live.control.ipc import CompileStatus
-from cohelm.live.control.preparation import Preparation
 from cohelm.live.control.step_timing import STEP
 from cohelm.live.messages import Preparing, SetGoal
+from cohelm.live.preparation import Preparation
 from cohelm.platforms import PlanarPlatform
 from cohelm.reasons import Reason
 from cohelm.scenarios import load_scenario

@@ -24,7 +24,7 @@ route previews, and ``sessions`` stores the rides. ``cohelm.web`` serves the pag
     thread audit         sessions/audit.py             audit.jsonl                  Drive.close
     process navigator    control/navigator_process.py  navigator, ride log, MCAP    pipe closed
     process previews     page/preview_process.py       planner of previews          pipe closed
-    process compiler     compilation.py                kernels, at a first start    all compiled
+    process compiler     preparation.py                kernels, at a first start    all compiled
     process measuring    sessions/measuring.py         measures, map of a ride      ride measured
 
 Threads share values through queues, under a lock, or by replacing an attribute as a whole;

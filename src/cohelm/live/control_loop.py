@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 from cohelm.errors import CohelmError
 from cohelm.live.control.driver_state import DriverState
-from cohelm.live.control.preparation import Preparation
 from cohelm.live.control.step_timing import STEP, StepTimer
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.messages import Notice, Preparing, Send
+from cohelm.live.preparation import Preparation
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
 from cohelm.platforms import PlatformError
