@@ -102,6 +102,7 @@ class DriveSetup:
 
 
 _NEARLY_ALL = 0.9
+"""Share of the kernels from which a start is no first start."""
 
 
 class Drive:
