@@ -24,10 +24,10 @@ from cohelm.messages import Decision
 from cohelm.platforms.twin import TwinChair, load_mujoco
 from cohelm.robots import Robot, load_robot
 from cohelm.scenarios import build_scenario, load_scenario
-from cohelm.simulation import CrowdStep, FloorRelief, ThresholdEdge, WorldSetup
+from cohelm.simulation import CrowdStep, FloorPiece, FloorRelief, WorldSetup
 from cohelm.simulation.drivetrain import drive_command
+from cohelm.simulation.sensors.floor_relief import FloorSurface
 from cohelm.simulation.sensors.human_bodies import HumanBodies
-from cohelm.simulation.sensors.static_scene import FloorSurface
 from cohelm.testing.scenes import local_problem
 
 STEP, DT = 0.05, 0.01
@@ -157,10 +157,10 @@ def mounts(robot: Robot, height: float, speed: float) -> bool:
 def passes(robot: Robot, run: tuple[float, float], height: float, speed: float) -> bool:
     """Check that the chair gets past 2.3 m, with an edge whose middle and depth are ``run``."""
     middle, depth = run
-    edge = ThresholdEdge(
+    edge = FloorPiece(
         at=np.array([middle, 0.0]), size=np.array([depth, 3.0]), angle=0.0, height=height
     )
-    ride = Manoeuvre(robot, FloorRelief(thresholds=(edge,)))
+    ride = Manoeuvre(robot, FloorRelief(pieces=(edge,)))
     ride.drive((speed, 0.0), 3.5 / speed + 3.0)
     return bool(ride.chair.pose[0] > 2.3)
 

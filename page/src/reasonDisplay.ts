@@ -10,9 +10,9 @@ export const STOPS: ReadonlySet<string> = new Set(["rider_stop", "therapist_stop
 const ASK = new Set([
   ...STOPS, "confirm", "release_stick", "no_driver", "stick_back", "ask_rider", "stick_stuck", "lost", "starting", "paused",
 ]);
-const STOP = new Set(["blocked", "keepout", "waiting", "goal_occupied", "replanning", "no_safe_plan", "solver_failed", "navigator_timeout", "late"]);
+const STOP = new Set(["blocked", "keepout", "edge_ahead", "waiting", "goal_occupied", "replanning", "no_safe_plan", "solver_failed", "navigator_timeout", "late"]);
 const SLOW = new Set([
-  "too_close", "over_limits", "creeping", "backing_up", "reversing", "scan_partly_blind", "pose_doubtful", "drive_weak",
+  "too_close", "over_limits", "creeping", "floor_unseen", "backing_up", "reversing", "scan_partly_blind", "pose_doubtful", "drive_weak",
 ]);
 /** Motions that the rider notices whatever the speed is. */
 const NOTICED = new Set(["backing_up", "reversing"]);

@@ -134,7 +134,7 @@ const SOME_WAY = 2;
 
 /** True if a finished ride is worth a rating. */
 export function memorable(ended: Pick<RideEnded, "outcome" | "length">): boolean {
-  return ended.outcome === "collision" || ended.length >= SOME_WAY;
+  return ended.outcome === "collision" || ended.outcome === "fell" || ended.length >= SOME_WAY;
 }
 
 export function metres(length: number): string {

@@ -58,6 +58,8 @@ class Reason(StrEnum):
     TOO_CLOSE = "too_close", "Obstacle close ahead. Slowed down."
     BLOCKED = "blocked", "Obstacle in the way. Stopped."
     KEEPOUT = "keepout", "No entry here. Stopped."
+    EDGE_AHEAD = "edge_ahead", "A step or an edge in the floor. Stopped."
+    FLOOR_UNSEEN = "floor_unseen", "The floor ahead cannot be seen. Very slow."
     # Local planner.
     STICK_BACK = (
         "stick_back",
@@ -98,6 +100,7 @@ class Reason(StrEnum):
     NAVIGATOR_FAILED = "navigator_failed", "The navigator does not start. Stopped."
     PROGRAM_FAILED = "program_failed", "The program has failed. Stopped."
     COLLISION = "collision", "The chair touched something. Stopped."
+    FELL = "fell", "A wheel went over an edge. Stopped."
     PAUSED = "paused", "The simulation is paused."
     STARTING = "starting", "Starting up. Please wait.", "Starting up."
 

@@ -20,7 +20,7 @@ export interface RideSummary {
   started: string;
   seed: number;
   destination: string;
-  outcome: "arrived" | "cancelled" | "collision";
+  outcome: "arrived" | "cancelled" | "collision" | "fell";
   duration: number;
   length: number;
   modes: Record<string, number>;

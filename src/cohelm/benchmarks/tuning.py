@@ -183,7 +183,7 @@ def cost_parts(ride: Ride) -> dict[str, float]:
     """
     row = ride_figures(ride)
     reached = ride.outcome is Outcome.REACHED
-    touched = ride.outcome is Outcome.COLLISION
+    touched = ride.outcome in {Outcome.COLLISION, Outcome.FELL}
     speed = np.nan_to_num(row["collision_speed"]) / ride.robot.max_speed
     ideal = _ideal_time(ride)
     return {

@@ -217,12 +217,15 @@ def _print(ride: Ride, report: Mapping[str, Any], title: str, request: RunReques
 
 
 def _contacts(ride: Ride) -> list[str]:
-    """Sentences on what the chair touched, and on people who touched it while it stood."""
+    """Sentences on what the chair touched or fell from, and on people who touched it."""
     before = np.vstack([np.zeros_like(ride.hit_standing[:1]), ride.hit_standing[:-1]])
     begun, _ = np.nonzero(ride.hit_standing & ~before)
     lines = [
         f"at {time:.1f} s: a person touched the chair while it stood" for time in ride.time[begun]
     ]
+    if ride.outcome is Outcome.FELL:
+        x, y = ride.pose[-1, :2]
+        lines.append(f"at {ride.time[-1]:.1f} s: a wheel fell over an edge at ({x:.2f}, {y:.2f})")
     if ride.outcome is Outcome.COLLISION:
         last = np.arange(len(ride.time)) == len(ride.time) - 1
         hits = {"a person": ride.hit_moving[-1].any(), "a wall or an obstacle": ride.hit_wall[-1]}

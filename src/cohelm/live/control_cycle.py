@@ -324,13 +324,13 @@ class ControlCycle:
             length=length,
             device=driver_link.current_heartbeat(driver.link, self._clock()).device,
         )
-        touches = world.touches
-        if touches and not state.touching:
-            driver.stop_until_confirmed(Reason.COLLISION)
-            self._rides.end("collision")
-            self._send(Notice(code="collision", text=Reason.COLLISION.sentence), None)
+        accident = world.accident
+        if accident is not None and not state.touching:
+            driver.stop_until_confirmed(accident)
+            self._rides.end("fell" if accident is Reason.FELL else "collision")
+            self._send(Notice(code=accident.value, text=accident.sentence), None)
         arrived = state.arrived and not state.command.twist.any()
-        self.state = replace(state, arrived=arrived, touching=touches)
+        self.state = replace(state, arrived=arrived, touching=accident is not None)
         if driver.link.driver is None:
             self._rides.end("cancelled")
 

@@ -37,6 +37,7 @@ from cohelm.navigation.destination_inference import (
 )
 from cohelm.navigation.final_approach import has_arrived
 from cohelm.navigation.final_decision import decide
+from cohelm.navigation.floor import with_floor_limit
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.motion import Motion, helped_motion
 from cohelm.navigation.path_and_reference import PathAndReference, plan_path_and_reference
@@ -212,7 +213,7 @@ class Navigator:
 
         step = checked.step
         world = update_world_model(step, self.walls, self.barriers, self.openable, stopwatch)
-        step = with_opening_speed(step, world)
+        step = with_floor_limit(with_opening_speed(step, world), world.floor)
         sharing = self._share(step)
         stopwatch.lap("sharing")
 
@@ -421,7 +422,8 @@ class Navigator:
             world,
             motion.command,
             by_rider=motion.by_rider,
-            without_keepout=None if self.barriers is self.walls else self.walls,
+            barriers=self.barriers,
+            map_walls=self.walls,
         )
         decision = with_recovery_reason(decision, motion.plan, step.observation.twist, recovery)
         return with_health_reason(decision, health)

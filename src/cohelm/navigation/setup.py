@@ -17,6 +17,7 @@ from cohelm.perception import (
     ChangeDetectionParameters,
     CloudDetector,
     Detector,
+    GroundParameters,
     GroupDetector,
     ObstacleLayerParameters,
     PerceptionParts,
@@ -57,6 +58,7 @@ class NavigatorSetup:
     zones: ZoneParameters = ZoneParameters()
     change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()
+    ground: GroundParameters = GroundParameters()
     authority: AuthorityParameters = AuthorityParameters()
     steering: SteeringParameters = SteeringParameters()
     yielding: YieldingParameters = YieldingParameters()

@@ -109,6 +109,7 @@ def _memory(results: StageResults) -> Memory:
         predictor=world.predictor,
         obstacles=world.layer,
         obstacle_memory=world.obstacle_memory,
+        floor=world.floor,
         openings=world.openings,
         crowding=world.crowding,
         route=course.route,

@@ -40,7 +40,7 @@ from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryState
 from cohelm.navigation.replanning.replanner import RouteState
 from cohelm.navigation.replanning.route_query import PlanningFailure
 from cohelm.navigation.setup import NavigatorSetup
-from cohelm.perception import ObstacleLayerState, PerceptionMemory
+from cohelm.perception import GroundMap, ObstacleLayerState, PerceptionMemory
 from cohelm.safety import GateState
 from cohelm.sharing import AuthorityState, SteeringState, YieldingState
 
@@ -56,6 +56,7 @@ class Memory:
     """The predictor's own record."""
     obstacles: ObstacleLayerState | None = None
     obstacle_memory: ObstacleMemory | None = None
+    floor: GroundMap | None = None
     openings: MapOpenings | None = None
     crowding: CrowdingState | None = None
     route: RouteState | None = None

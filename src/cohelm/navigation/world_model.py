@@ -27,6 +27,7 @@ from cohelm.messages import (
     SocialSpaces,
 )
 from cohelm.navigation.crowding import CrowdingState, update_crowding
+from cohelm.navigation.floor import update_floor
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.map_openings import (
     CLOSED,
@@ -40,11 +41,13 @@ from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import Memory, StepInput
 from cohelm.perception import (
     Detections,
+    GroundMap,
     ObstacleLayerState,
     PerceptionMemory,
     perceive,
     update_obstacle_layer,
 )
+from cohelm.perception.ground.ground_map import with_edges
 from cohelm.robots import Robot
 from cohelm.robots.contact import touching
 from cohelm.robots.contact_kernel import WALKING
@@ -96,6 +99,7 @@ class WorldModel:
     seen_walls: DistanceField
     """The same without the walls of the map that the scan passes."""
     live: LiveObstacles
+    """With the edges of the floor that the chair cannot take."""
     sensing: Sensing
     detections: tuple[Detections, ...]
     """One for each new scan."""
@@ -105,6 +109,8 @@ class WorldModel:
     layer: ObstacleLayerState
     obstacle_memory: ObstacleMemory
     """Obstacles outside the window of the layer."""
+    floor: GroundMap | None
+    """Map of the floor; None without clouds."""
     crowding: CrowdingState
     openings: MapOpenings
     """Walls of the map that the scan passes, and where the rider has pushed on."""
@@ -141,7 +147,9 @@ def update_world_model(
         people, groups, predictions, observation.twist, step.request.profile
     )
     stopwatch.lap("social")
-    live = layer.obstacles
+    floor = update_floor(step)
+    stopwatch.lap("ground")
+    live = layer.obstacles if floor is None else with_edges(layer.obstacles, floor.edges)
     openings = _openings(step, detections, openable)
     walls, seen_walls = _walls(step, barriers, live, openings)
     stopwatch.lap("walls")
@@ -159,6 +167,7 @@ def update_world_model(
         predictor=predictor,
         layer=layer,
         obstacle_memory=obstacle_memory,
+        floor=floor,
         crowding=crowding,
         openings=openings,
         last_contact=update_last_contact(memory.last_contact, setup.robot, observation, people),

@@ -241,6 +241,15 @@ class Robot(Model):
     """rad/s²."""
     max_jerk: float = Field(1.5, gt=0.0, le=1000.0)
     """Comfortable change of the linear acceleration, m/s³; emergency braking ignores it."""
+    max_step_up: float = Field(0.02, ge=0.0, le=0.5)
+    """Highest step that the wheels may climb, m (assumed: the highest threshold of most building
+    rules; so for steps down)."""
+    max_step_down: float = Field(0.02, ge=0.0, le=0.5)
+    """Deepest step that they may take down forwards, m; backwards no chair should take one."""
+    max_slope_deg: float = Field(6.0, ge=0.0, le=30.0)
+    """Steepest slope along the heading, degrees (assumed; handbooks of chairs allow 5 to 7.5)."""
+    max_cross_slope_deg: float = Field(3.0, ge=0.0, le=30.0)
+    """Steepest slope across the heading, degrees (assumed)."""
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant from command to wheels, s."""
     lasers: tuple[LaserMount, ...] = (LaserMount(),)
@@ -340,6 +349,15 @@ class Robot(Model):
     def input_bounds(self) -> InputBounds:
         """Bounds of the inputs and of their change per second."""
         return InputBounds(*map(read_only, self.motion_model.bounds(self.limits)))
+
+    @cached_property
+    def wheels(self) -> Floats:
+        """Places (k, 2) of wheels and casters on the floor, m; the corners without a chassis."""
+        if self.chassis is None:
+            return self.outline
+        half, pairs = self.chassis.drive.track / 2.0, [self.chassis.front, self.chassis.rear]
+        left = [(0.0, half), *(pair.axis for pair in pairs if pair is not None)]
+        return read_only(np.array([*left, *((x, -y) for x, y in left)]))
 
     @cached_property
     def discs(self) -> Floats:

@@ -12,10 +12,10 @@ from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.config import read_yaml, validate
 from cohelm.errors import ScenarioError
 from cohelm.maps import OCCUPIED, FloorPlan, OccupancyGrid
-from cohelm.scenarios.objects import Obstacle, ScheduledDoor, Storey
+from cohelm.scenarios.objects import Level, Obstacle, ScheduledDoor, Storey
 from cohelm.scenarios.scenario import Scenario, floor_file
-from cohelm.simulation import FloorRelief, ManualDoor, MapChange, ThresholdEdge
-from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface
+from cohelm.simulation import FloorPiece, FloorRelief, ManualDoor, MapChange
+from cohelm.simulation.sensors.floor_relief import LEVEL, FloorSurface
 
 WIDEST = 2.5
 """Greatest width of an opening that has a door, m."""
@@ -52,7 +52,7 @@ def doorways(plan: FloorPlan) -> tuple[ManualDoor, ...]:
 
 
 def relief_of(storey: Storey) -> FloorRelief:
-    """Heights of a floor that wheels drive over."""
+    """Heights of a storey's floor."""
     ramp = storey.ramp
     floor = LEVEL
     if ramp is not None:
@@ -62,16 +62,20 @@ def relief_of(storey: Storey) -> FloorRelief:
             gradient=ramp.gradient,
             length=ramp.length,
         )
-    edges = tuple(
-        ThresholdEdge(
+    bars = [Level(**each.model_dump()) for each in storey.thresholds]
+    pieces = tuple(
+        FloorPiece(
             at=np.array(each.at),
             size=np.array(each.size),
             angle=math.radians(each.angle_deg),
             height=each.height,
+            rise=each.rise,
+            steps=each.steps,
+            dark=each.dark,
         )
-        for each in storey.thresholds
+        for each in (*storey.levels, *bars)
     )
-    return FloorRelief(floor=floor, thresholds=edges)
+    return FloorRelief(floor=floor, pieces=pieces)
 
 
 def covered_by(grid: OccupancyGrid, obstacles: tuple[Obstacle, ...]) -> Booleans:

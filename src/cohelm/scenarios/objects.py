@@ -76,7 +76,7 @@ class ScheduledDoor(Model):
 
 
 class Threshold(Model):
-    """Bar on the floor that wheels drive over; the planar simulation does not notice it."""
+    """Bar on the floor."""
 
     at: Point
     """Centre, m."""
@@ -88,8 +88,27 @@ class Threshold(Model):
     """m."""
 
 
+class Level(Model):
+    """Rectangle of floor at another height: kerb, platform, pit, stairs, ramp with open sides."""
+
+    at: Point
+    """Centre, m."""
+    size: tuple[Length, Length]
+    """Width and depth, m."""
+    angle_deg: float = 0.0
+    """Rotation, degrees."""
+    height: float = Field(0.0, ge=-5.0, le=5.0)
+    """Over the floor at the beginning of the width, m; below 0 under it."""
+    rise: float = Field(0.0, ge=-5.0, le=5.0)
+    """From there to the end of the width, m."""
+    steps: int = Field(0, ge=0, le=100)
+    """Steps in which it rises or falls; 0: evenly."""
+    dark: bool = False
+    """True: no sensor has a return of it."""
+
+
 class Ramp(Model):
-    """Ramp across the whole floor, level before and behind; the planar simulation ignores it."""
+    """Ramp across the whole floor, level before and behind."""
 
     at: Point
     """Beginning, m."""
@@ -108,17 +127,26 @@ class Storey(Model):
     """Height of the walls, m."""
     ceiling: bool = True
     """Close the storey by a ceiling on top of the walls."""
+    levels: tuple[Level, ...] = ()
+    """Floor at other heights; a later one lies on an earlier one."""
     thresholds: tuple[Threshold, ...] = ()
-    """Bars on the floor, for the MuJoCo twin."""
+    """Bars on the floor."""
     ramp: Ramp | None = None
-    """Ramp, for the MuJoCo twin."""
+    """None: level."""
 
     @model_serializer(mode="wrap")
     def _without_defaults(self, serialize: Any) -> dict[str, Any]:
         """Omit a flat floor: its presence must not change a configuration hash."""
         out: dict[str, Any] = serialize(self)
-        flat = {"thresholds": not self.thresholds, "ramp": self.ramp is None}
+        flat = {"levels": not self.levels, "thresholds": not self.thresholds}
+        flat["ramp"] = self.ramp is None
         return {key: each for key, each in out.items() if not flat.get(key, False)}
+
+    @model_validator(mode="after")
+    def _one_kind_of_ramp(self) -> Self:
+        if self.ramp is not None and self.levels:
+            raise ValueError("give either ramp or levels, one of which may be a ramp")
+        return self
 
 
 class Zone(Model):

@@ -31,13 +31,11 @@ from .riders import (
     Watchful,
 )
 from .sensors import Localisation, Odometry
+from .sensors.floor_relief import FLAT, FloorPiece, FloorRelief
 from .simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
 from .split_knowledge import GoalChange, SplitCells, with_cells
 from .world import (
-    FLAT,
-    FloorRelief,
     NewPedestrian,
-    ThresholdEdge,
     World,
     WorldSetup,
 )
@@ -57,6 +55,7 @@ __all__ = [
     "EightDirections",
     "Fault",
     "FaultKind",
+    "FloorPiece",
     "FloorRelief",
     "GoalChange",
     "GroundTruth",
@@ -84,7 +83,6 @@ __all__ = [
     "SimulatedChair",
     "SocialForce",
     "SplitCells",
-    "ThresholdEdge",
     "Touch",
     "Tremor",
     "TurningBack",

@@ -57,6 +57,8 @@ class GroundTruth:
     """Contact since the last state while the chair stood."""
     hit_wall: bool
     """Contact with a wall since the last state."""
+    fell: bool = False
+    """A wheel has dropped over an edge since the last state."""
     touches: tuple[Touch, ...] = ()
     """Contacts that ended or lasted since the last state, where the world measures forces."""
 

@@ -53,6 +53,8 @@ class Contacts:
     hit_wall: bool
     after: Crowd
     """Crowd after the step; contacts may have moved it."""
+    fell: bool = False
+    """A wheel dropped farther than the chair may step down."""
     touches: tuple[Touch, ...] = ()
     """Contacts with measured forces."""
 

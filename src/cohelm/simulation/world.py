@@ -9,7 +9,9 @@ The rider sits and sees people and free distances. Walls and objects hide the pe
 even if they are low; people hide no one. The limits are assumed: eyes and neck together cover more
 than the front of the chair.
 
-A floor may have a relief, a ramp and thresholds: the planar simulation drives over them unnoticed.
+A floor may have a relief: ramps, bars, kerbs, pits and stairs, on which 3-D sensors have
+returns. The planar chair rides on it without slipping or tipping; a wheel that drops farther than
+the chair may step down has fallen, and one that meets a step that it may not climb hits a wall.
 """
 
 from __future__ import annotations
@@ -43,40 +45,15 @@ from cohelm.simulation.faults import Fault, FaultInjector
 from cohelm.simulation.ground_truth import GroundTruth
 from cohelm.simulation.random_streams import generator
 from cohelm.simulation.sensing import SensorReadings, SensorSuite
+from cohelm.simulation.sensors.floor_relief import FLAT, FloorRelief, floor_cells
 from cohelm.simulation.sensors.grid_raycast import cast, in_sight
 from cohelm.simulation.sensors.human_bodies import STEP_LENGTH, HumanBodies
 from cohelm.simulation.sensors.localisation import Localisation, Odometry, with_error
 from cohelm.simulation.sensors.planar_bodies import BodyKind
-from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface, StaticScene
+from cohelm.simulation.sensors.static_scene import StaticScene
 from cohelm.simulation.simulated_chair import Contacts, CrowdStep, PlanarChair, SimulatedChair
 from cohelm.simulation.split_knowledge import GoalChange, SplitCells, grid_views
 from cohelm.simulation.wall_geometry import walls_of
-
-
-@value
-class ThresholdEdge:
-    """Bar on the floor, as under a door."""
-
-    at: Annotated[Floats, Shape("2")]
-    """Centre, m."""
-    size: Annotated[Floats, Shape("2")]
-    """Width and depth, m."""
-    angle: float
-    """Rotation, rad."""
-    height: float
-    """Over the floor, m."""
-
-
-@value
-class FloorRelief:
-    """Heights of a floor that wheels drive over."""
-
-    floor: FloorSurface = LEVEL
-    thresholds: tuple[ThresholdEdge, ...] = ()
-
-
-FLAT = FloorRelief()
-"""Level floor without thresholds."""
 
 
 @value
@@ -94,7 +71,7 @@ class WorldSetup:
     ceiling: float = math.inf
     """Height of the ceiling, m; +inf: none."""
     relief: FloorRelief = FLAT
-    """Ramp and thresholds, for worlds with wheels."""
+    """Heights of the floor."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     """X_MR at time 0."""
@@ -225,6 +202,8 @@ def view_from(
     return np.column_stack([position, velocity, crowd.radius])[visible], free
 
 
+_ROUNDING = 1e-4
+"""Bound on the rounding error of a step, m."""
 STATURE = 1.7
 """Default height of people, m."""
 ChairMaker = Callable[[WorldSetup], SimulatedChair]
@@ -254,6 +233,7 @@ class World:
             heights=setup.heights,
             wall_height=setup.wall_height,
             ceiling=setup.ceiling,
+            cells=floor_cells(setup.relief, setup.grid),
         )
         self._sensors = SensorSuite(setup.robot, seed)
         self._faults = FaultInjector(setup.faults, seed)
@@ -268,6 +248,7 @@ class World:
         self._chair: SimulatedChair = planar if make_chair is None else make_chair(setup)
         self._act: RiderAct | None = None
         self._error = setup.localisation.first(self._random["localisation"])
+        self._wheels = self._wheel_heights()
         self._truth = self._ground_truth(_no_contact(setup.crowd))
         readings = self._sense(0.0, setup.crowd, setup.crowd, 1.0)
         self._observation = self._observe(readings)
@@ -344,7 +325,7 @@ class World:
             time = start + k * dt
             if self._sensors.are_due(time):
                 readings += self._sense(time, before, after, k / steps)
-        contacts = self._chair.end()
+        contacts = self._with_steps(self._chair.end())
         self._walked += walked
         self._ticks += 1
         self._command = sent
@@ -425,6 +406,23 @@ class World:
         if there is not pose:
             self._chair.carry(there)
 
+    def _wheel_heights(self) -> Floats:
+        """Height (k,) of the floor under each wheel, m."""
+        return self._scene.floor_height(transform(self._chair.pose, self.setup.robot.wheels))
+
+    def _with_steps(self, contacts: Contacts) -> Contacts:
+        """Add the steps that wheels met and could not take."""
+        if self._scene.cells is None:
+            return contacts
+        robot, before = self.setup.robot, self._wheels
+        self._wheels = self._wheel_heights()
+        rise = self._wheels - before
+        return replace(
+            contacts,
+            hit_wall=contacts.hit_wall or bool((rise > robot.max_step_up + _ROUNDING).any()),
+            fell=bool((-rise > robot.max_step_down + _ROUNDING).any()),
+        )
+
     def _ground_truth(self, contacts: Contacts) -> GroundTruth:
         pose, outline, crowd = self._chair.pose, self.setup.robot.outline, contacts.after
         return GroundTruth(
@@ -437,6 +435,7 @@ class World:
             hit_moving=contacts.hit_moving,
             hit_standing=contacts.hit_standing,
             hit_wall=contacts.hit_wall,
+            fell=contacts.fell,
             touches=contacts.touches,
         )
 

@@ -205,6 +205,7 @@ export const rider = {
   "ended.arrivedAt": "Sie sind angekommen: {name}.",
   "ended.cancelled": "Die Fahrt ist beendet.",
   "ended.collision": "Die Fahrt endete mit einem Zusammenstoß.",
+  "ended.fell": "Die Fahrt endete an einer Kante: ein Rad geriet darüber.",
   "ended.figures": "{length} in {time}",
   "rating.title": "Fahrt bewerten",
   "rating.ask": "Bewerten Sie die Fahrt (freiwillig): 1 schlecht, 5 sehr gut.",

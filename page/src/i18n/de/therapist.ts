@@ -105,6 +105,7 @@ export const therapist = {
   "outcome.arrived": "Angekommen",
   "outcome.cancelled": "Vor dem Ziel beendet",
   "outcome.collision": "Zusammenstoß",
+  "outcome.fell": "Sturz über eine Kante",
   "outcome.ended": "Beendet",
   "outcome.noDestination": "ohne Ziel",
   "timeline.title": "Verlauf der Fahrt",

@@ -205,6 +205,7 @@ export const rider = {
   "ended.arrivedAt": "You have arrived: {name}.",
   "ended.cancelled": "The ride has ended.",
   "ended.collision": "The ride ended with a collision.",
+  "ended.fell": "The ride ended at an edge: a wheel went over it.",
   "ended.figures": "{length} in {time}",
   "rating.title": "Rate this ride",
   "rating.ask": "Rate this ride (optional): 1 bad, 5 very good.",

@@ -105,6 +105,7 @@ export const therapist = {
   "outcome.arrived": "Arrived",
   "outcome.cancelled": "Ended before arrival",
   "outcome.collision": "Collision",
+  "outcome.fell": "Fall over an edge",
   "outcome.ended": "Ended",
   "outcome.noDestination": "no destination",
   "timeline.title": "Timeline of the ride",

@@ -171,6 +171,8 @@ class _Record:
     def outcome(self, setup: RideSetup) -> Outcome | None:
         """Outcome of the ride; None: it has not ended."""
         truth = self.truths[-1]
+        if truth.fell:
+            return Outcome.FELL
         if truth.hit_moving.any() or truth.hit_wall:
             return Outcome.COLLISION
         if np.hypot(*(truth.pose[:2] - setup.arrival)) > GOAL_RADIUS:

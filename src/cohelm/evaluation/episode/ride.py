@@ -24,6 +24,8 @@ class Outcome(StrEnum):
     """Within 0.2 m of the goal, and at a standstill within 2 s."""
     COLLISION = "collision"
     """The footprint touched a person or a wall while the chair moved."""
+    FELL = "fell"
+    """A wheel dropped over an edge that the chair cannot take."""
     STOPPED = "stopped"
     """The chair stood for more than 20 s."""
     TIMEOUT = "timeout"

@@ -18,7 +18,7 @@ Key = tuple[str, ...]
 _WHOLE_RIDES = ("time", "path_length", "path_length_short", "heading_change")
 _ARRIVED = ("reached", "success")
 """Outcomes of rides that arrived; ``success`` is that of worlds with their own rules, as BARN's."""
-_ENDS = {**dict.fromkeys(_ARRIVED, 0), "timeout": 1, "stopped": 1, "collision": 2}
+_ENDS = {**dict.fromkeys(_ARRIVED, 0), "timeout": 1, "stopped": 1, "collision": 2, "fell": 3}
 _SHARED_DRAWS = ("rider",)
 """Columns that do not change the draw of a seed: all riders of one case and seed meet the same
 people, and ``autonomous`` rides are equal for all of them."""

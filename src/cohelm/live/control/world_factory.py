@@ -22,6 +22,7 @@ from cohelm.live.control.step_timing import Wait
 from cohelm.live.messages import ChangeSimulation
 from cohelm.messages import Decision, Observation
 from cohelm.platforms import Platform, SimulatedWorld, is_simulated, open_platform
+from cohelm.reasons import Reason
 from cohelm.scenarios import RideSetup, Scenario
 from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import GroundTruth, World, generator, is_standing
@@ -90,10 +91,13 @@ class LiveWorld:
         return self._world.truth if self._world is not None else None
 
     @property
-    def touches(self) -> bool:
-        """True if a simulated chair is in contact with a person or a wall."""
+    def accident(self) -> Reason | None:
+        """What has happened to a simulated chair: it touched a person or a wall, or fell."""
         truth = self.truth
-        return truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
+        if truth is not None and truth.fell:
+            return Reason.FELL
+        touches = truth is not None and (bool(truth.hit_moving.any()) or truth.hit_wall)
+        return Reason.COLLISION if touches else None
 
     @property
     def shut(self) -> frozenset[int]:

@@ -28,7 +28,7 @@ released the chair moves on; ``stick_held``: the driver must release the stick, 
 ``confirm``: the driver must confirm; ``ready``: the chair follows the driver.
 """
 Pose = tuple[float, float, float]
-RideOutcome = Literal["arrived", "cancelled", "collision"]
+RideOutcome = Literal["arrived", "cancelled", "collision", "fell"]
 """``cancelled``: the ride ended on the way, by a new destination, none, or the session's end."""
 
 

@@ -35,6 +35,7 @@ _NEED_GOAL = frozenset({"success", "spl", "stalled_time"})
 _OUTCOMES = {
     "arrived": Outcome.REACHED,
     "collision": Outcome.COLLISION,
+    "fell": Outcome.FELL,
     "cancelled": Outcome.STOPPED,
 }
 

@@ -240,7 +240,7 @@ class ObstacleLayerParameters(Model):
 
 DEFAULTS = ObstacleLayerParameters()
 
-_Cells = TypeVar("_Cells", SignedBytes, Bytes, Floats32)
+Cells = TypeVar("Cells", SignedBytes, Bytes, Floats32)
 
 
 @value
@@ -274,7 +274,7 @@ def update_obstacle_layer(
         parameters: of the layer.
     """
     p = parameters
-    corner = _corner(grid, np.asarray(position, dtype=float)[:2], p.side)
+    corner = window_corner(grid, np.asarray(position, dtype=float)[:2], p.side)
     rolled = _empty_layer(grid, corner, p.side) if layer is None else _rolled(layer, corner)
     if not detections:
         return rolled
@@ -282,7 +282,7 @@ def update_obstacle_layer(
     if not any(each.any() for each in unexplained) and _clears_nothing(rolled, detections):
         return rolled
     evidence, occupied = rolled.evidence.copy(), rolled.obstacles.occupied.copy()
-    X_WM = _window_from_map(grid, rolled.obstacles.corner)
+    X_WM = window_from_map(grid, rolled.obstacles.corner)
     span = None if rolled.span is None else rolled.span.copy()
     if span is None and any(found.heights is not None for found in detections):
         span = np.zeros((2, *evidence.shape), dtype=np.float32)
@@ -308,7 +308,7 @@ def update_obstacle_layer(
 
 
 def _empty_layer(grid: OccupancyGrid, corner: Integers, side: float) -> ObstacleLayerState:
-    n = _cells_a_side(grid, side)
+    n = cells_a_side(grid, side)
     none = LiveObstacles(corner=corner, occupied=np.zeros((n, n), dtype=np.uint8), version=0)
     return ObstacleLayerState(evidence=np.zeros((n, n), dtype=np.int8), obstacles=none)
 
@@ -397,15 +397,16 @@ def _next(layer: ObstacleLayerState, evidence: SignedBytes, occupied: Bytes) -> 
     return replace(layer, evidence=evidence, obstacles=changed)
 
 
-def _cells_a_side(grid: OccupancyGrid, side: float) -> int:
+def cells_a_side(grid: OccupancyGrid, side: float) -> int:
+    """Number of cells along a side, m, of a window."""
     return max(round(side / grid.resolution), 1)
 
 
-def _corner(grid: OccupancyGrid, position: Floats, side: float) -> Integers:
+def window_corner(grid: OccupancyGrid, position: Floats, side: float) -> Integers:
     """First cell of the window about ``position``; it moves in steps of about 1 m."""
     step = max(round(1.0 / grid.resolution), 1)
     centre = grid.cells(position) // step * step
-    corner: Integers = centre - _cells_a_side(grid, side) // 2
+    corner: Integers = centre - cells_a_side(grid, side) // 2
     return corner
 
 
@@ -418,18 +419,19 @@ def _rolled(layer: ObstacleLayerState, corner: Integers) -> ObstacleLayerState:
     obstacles = replace(
         known,
         corner=corner,
-        occupied=_shifted(known.occupied, shift),
+        occupied=shifted(known.occupied, shift),
         version=known.version + 1,
     )
     span = layer.span
     return ObstacleLayerState(
-        evidence=_shifted(layer.evidence, shift),
+        evidence=shifted(layer.evidence, shift),
         obstacles=obstacles,
-        span=None if span is None else np.stack([_shifted(each, shift) for each in span]),
+        span=None if span is None else np.stack([shifted(each, shift) for each in span]),
     )
 
 
-def _shifted(cells: _Cells, shift: Integers) -> _Cells:
+def shifted(cells: Cells, shift: Integers) -> Cells:
+    """Cells of a window that moves by (rows, columns); new ones are 0."""
     out = np.zeros_like(cells)
     rows, cols = cells.shape
     r, c = int(shift[0]), int(shift[1])
@@ -440,7 +442,7 @@ def _shifted(cells: _Cells, shift: Integers) -> _Cells:
     return out
 
 
-def _window_from_map(grid: OccupancyGrid, corner: Integers) -> Floats:
+def window_from_map(grid: OccupancyGrid, corner: Integers) -> Floats:
     """X_WM: W is at the outer corner of the window's first cell, rows along y, columns along x."""
     at = transform(grid.X_MG, corner[::-1] * grid.resolution)
     return inverse(np.array([at[0], at[1], grid.X_MG[2]]))

@@ -78,7 +78,7 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
     cloud whose pose is not finite has none. If a sensor's height is unknown, the floor is found
     from the lowest returns (see ``_floor``). X_MR: (c, 3), robot pose at each cloud.
     """
-    usable = [k for k, cloud in enumerate(clouds) if _has_pose(cloud, X_MR[k])]
+    usable = [k for k, cloud in enumerate(clouds) if has_pose(cloud, X_MR[k])]
     if not usable:
         none = np.empty((0, 3))
         return MergedCloud(
@@ -96,7 +96,7 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
     parts, sensors = [], []
     steps, view = np.zeros(2), np.zeros((len(usable), 3))
     for i, k in enumerate(usable):
-        rotation, position = _placed(compose(X_SM, X_MR[k]), clouds[k].mount)
+        rotation, position = placed(compose(X_SM, X_MR[k]), clouds[k].mount)
         range_max = clouds[k].range_max if clouds[k].range_max > 0.0 else 0.0
         points, slopes = _transformed(
             clouds[k].points, rotation, position, float(reach), float(range_max)
@@ -124,13 +124,13 @@ def merge_clouds(clouds: tuple[PointCloud, ...], X_MR: Floats, reach: float) -> 
     )
 
 
-def _has_pose(cloud: PointCloud, X_MR: Floats) -> bool:
+def has_pose(cloud: PointCloud, X_MR: Floats) -> bool:
     """Check that the pose is known, except perhaps the height."""
     mount = np.delete(cloud.mount, 2)
     return bool(np.isfinite(mount).all() and np.isfinite(X_MR).all())
 
 
-def _placed(X_SR: Floats, mount: Floats) -> tuple[Floats, Floats]:
+def placed(X_SR: Floats, mount: Floats) -> tuple[Floats, Floats]:
     """Rotation (3, 3) and position (3,) of a sensor mounted on a robot at ``X_SR``; z 0 if NaN."""
     roll, pitch, yaw = mount[3], mount[4], mount[5] + X_SR[2]
     cr, sr, cp, sp = math.cos(roll), math.sin(roll), math.cos(pitch), math.sin(pitch)

@@ -1,4 +1,4 @@
-"""Building of the twin: an occupancy grid extruded into few boxes, floor, ramp and thresholds."""
+"""Building of the twin: an occupancy grid extruded into few boxes, and a floor with its relief."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cohelm.arrays import Annotated, Floats, Integers, Shape, value
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.simulation import FloorRelief, WorldSetup
-from cohelm.simulation.sensors.static_scene import FloorSurface
+from cohelm.simulation.sensors.floor_relief import FloorSurface
 from cohelm.simulation.split_knowledge import grid_views
 
 SEEN, PEOPLE, CEILING, GLASS = 0, 1, 3, 4
@@ -78,8 +78,8 @@ def add_building(spec: Any, mujoco: Any, setup: WorldSetup, grid: OccupancyGrid)
     _add_floor(spec, mujoco, relief, grid)
     blocks, X_MG = blocks_of(setup, grid), grid.X_MG
     middle = transform(X_MG, (blocks.low + blocks.high) / 2.0).reshape(-1, 2)
-    bottom = _lowest(relief.floor) - _DEPTH
-    top = relief.floor.height(middle) + blocks.height
+    bottom = _lowest(relief) - _DEPTH
+    top = relief.heights(middle) + blocks.height
     half = (blocks.high - blocks.low) / 2.0
     for k in range(len(middle)):
         low = blocks.height[k] < setup.wall_height
@@ -105,13 +105,17 @@ def add_building(spec: Any, mujoco: Any, setup: WorldSetup, grid: OccupancyGrid)
 
 
 def _add_floor(spec: Any, mujoco: Any, relief: FloorRelief, grid: OccupancyGrid) -> None:
-    """A plane, or level floor, ramp and level floor as three boxes; and thresholds."""
-    floor = relief.floor
+    """A plane, or level floor, ramp and level floor as three boxes; and what lies elsewhere.
+
+    With a pit the plane lies at its bottom, and boxes stand on it wherever no piece of floor lies.
+    """
+    floor, lowest = relief.floor, _lowest(relief)
     if floor.gradient == 0.0:
         spec.worldbody.add_geom(
             name="floor",
             type=mujoco.mjtGeom.mjGEOM_PLANE,
             size=[0.0, 0.0, 1.0],
+            pos=[0.0, 0.0, lowest],
             contype=3,
             conaffinity=3,
             friction=[0.1, 0.0, 0.0],
@@ -120,18 +124,46 @@ def _add_floor(spec: Any, mujoco: Any, relief: FloorRelief, grid: OccupancyGrid)
         )
     else:
         for k, (run, heights) in enumerate(_pieces(floor, grid)):
-            _add_slab(spec, mujoco, floor, run, heights, f"floor_{k}")
-    for k, edge in enumerate(relief.thresholds):
-        height = float(floor.height(edge.at))
+            u = np.array([math.cos(floor.direction), math.sin(floor.direction)])
+            size = np.array([run[1] - run[0], 200.0])
+            area = (floor.at + u * (run[0] + run[1]) / 2.0, size, floor.direction)
+            _add_slab(spec, mujoco, area, heights, f"floor_{k}", _GROUND)
+    if lowest < 0.0 and floor.gradient == 0.0:
+        _add_level_floor(spec, mujoco, relief, grid, lowest)
+    for k, piece in enumerate(relief.pieces):
+        height = float(floor.height(piece.at))
+        for j, (centre, size, begin, end) in enumerate(piece.slabs):
+            name = f"floor_edge_{k}_{j}"
+            if begin == end:
+                area = (centre, size / 2.0, piece.angle)
+                span = (min(height, height + end) - _DEPTH, height + end)
+                _add_box(spec, mujoco, area, span, group=SEEN, rgba=_EDGE, friction=0.1, name=name)
+            else:
+                ends = (height + begin, height + end)
+                _add_slab(spec, mujoco, (centre, size, piece.angle), ends, name, _EDGE)
+
+
+def _add_level_floor(
+    spec: Any, mujoco: Any, relief: FloorRelief, grid: OccupancyGrid, lowest: float
+) -> None:
+    """Boxes from the lowest floor to height 0 under all cells on which no piece of floor lies."""
+    rows, cols = np.meshgrid(*map(np.arange, grid.shape), indexing="ij")
+    centres = grid.centres(np.stack([rows, cols], axis=-1))
+    level = ~np.any([piece.covers(centres) for piece in relief.pieces], axis=0)
+    for k, (row, col, end_row, end_col, _) in enumerate(_rectangles(level.astype(np.int64))):
+        low = np.array([col, row]) * grid.resolution
+        high = np.array([end_col, end_row]) * grid.resolution
+        area = (transform(grid.X_MG, (low + high) / 2.0), (high - low) / 2.0, float(grid.X_MG[2]))
+        name = f"floor_level_{k}"
         _add_box(
             spec,
             mujoco,
-            (edge.at, edge.size / 2.0, edge.angle),
-            (height - _DEPTH, height + edge.height),
+            area,
+            (lowest - _DEPTH, 0.0),
             group=SEEN,
-            rgba=_EDGE,
+            rgba=_GROUND,
             friction=0.1,
-            name=f"floor_edge_{k}",
+            name=name,
         )
 
 
@@ -155,28 +187,39 @@ def _reach(floor: FloorSurface, grid: OccupancyGrid) -> float:
     return float(np.hypot(*(corners - floor.at).T).max()) + 5.0
 
 
-def _lowest(floor: FloorSurface) -> float:
+def _lowest(relief: FloorRelief) -> float:
+    floor = relief.floor
     rise = floor.gradient * floor.length if math.isfinite(floor.length) else 0.0
-    return min(rise, 0.0)
+    ends = [height for piece in relief.pieces for slab in piece.slabs for height in slab[2:]]
+    return min(rise, 0.0, *ends)
 
 
 def _add_slab(
     spec: Any,
     mujoco: Any,
-    floor: FloorSurface,
-    run: tuple[float, float],
+    area: tuple[Floats, Floats, float],
     heights: tuple[float, float],
     name: str,
+    rgba: tuple[float, ...],
 ) -> None:
-    """Box whose top passes through two heights, at both ends of a run along the ramp."""
-    rise, length = heights[1] - heights[0], run[1] - run[0]
+    """Box whose top passes through two heights, at both ends of an area's first side.
+
+    Args:
+        spec: to extend.
+        mujoco: the module.
+        area: centre (2,), size (2,), m, and direction of the first side, rad.
+        heights: at its ends, m.
+        name: of the box.
+        rgba: its colour.
+    """
+    middle, size, direction = area
+    rise, length = heights[1] - heights[0], float(size[0])
     pitch = -math.atan2(rise, length)
-    half = [math.hypot(rise, length) / 2.0, 100.0, _DEPTH]
-    u = np.array([math.cos(floor.direction), math.sin(floor.direction)])
-    middle = floor.at + u * (run[0] + run[1]) / 2.0
+    half = [math.hypot(rise, length) / 2.0, size[1] / 2.0, _DEPTH]
+    u = np.array([math.cos(direction), math.sin(direction)])
     normal = np.array([*(math.sin(pitch) * u), math.cos(pitch)])
     centre = np.array([*middle, (heights[0] + heights[1]) / 2.0]) - _DEPTH * normal
-    yaw = floor.direction / 2.0
+    yaw = direction / 2.0
     about_z = np.array([math.cos(yaw), 0.0, 0.0, math.sin(yaw)])
     about_y = np.array([math.cos(pitch / 2.0), 0.0, math.sin(pitch / 2.0), 0.0])
     quat = np.zeros(4)
@@ -191,7 +234,7 @@ def _add_slab(
         conaffinity=3,
         friction=[0.1, 0.0, 0.0],
         group=SEEN,
-        rgba=_GROUND,
+        rgba=rgba,
     )
 
 

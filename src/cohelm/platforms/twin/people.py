@@ -13,9 +13,9 @@ import numpy as np
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.platforms.twin.body_regions import REGIONS
 from cohelm.platforms.twin.building import PEOPLE
+from cohelm.simulation import FloorRelief
 from cohelm.simulation.sensors.human_bodies import HumanBodies
 from cohelm.simulation.sensors.planar_bodies import BodyKind, outline_of
-from cohelm.simulation.sensors.static_scene import FloorSurface
 
 TOUCHED = 4
 """Bit of contact between chair and people, who do not touch each other or walls."""
@@ -56,17 +56,17 @@ def add_people(spec: Any, mujoco: Any, bodies: HumanBodies) -> None:
         _add_person(spec, mujoco, i, float(height), breadth, kind)
 
 
-def follow(data: Any, first: tuple[int, int], bodies: HumanBodies, floor: FloorSurface) -> None:
+def follow(data: Any, first: tuple[int, int], bodies: HumanBodies, relief: FloorRelief) -> None:
     """Put people, whose joints begin at ``first`` in positions and velocities, in their places."""
     n = len(bodies.height)
     at = data.qpos[first[0] : first[0] + 6 * n].reshape(n, 6)
-    at[:] = places_of(bodies, floor)
+    at[:] = places_of(bodies, relief)
 
 
-def places_of(bodies: HumanBodies, floor: FloorSurface) -> Floats:
+def places_of(bodies: HumanBodies, relief: FloorRelief) -> Floats:
     """Coordinates (n, 6) of people's joints: x, y, z, yaw and both hips."""
     present = np.abs(bodies.position).max(axis=1, initial=0.0) < 1e5
-    z = np.where(present, floor.height(np.where(present[:, None], bodies.position, 0.0)), 0.0)
+    z = np.where(present, relief.heights(np.where(present[:, None], bodies.position, 0.0)), 0.0)
     walks = np.ones(len(z), dtype=bool)
     if bodies.kind is not None:
         walks = ~np.isin(bodies.kind, [BodyKind.SEATED, BodyKind.WHEELCHAIR])

@@ -262,7 +262,7 @@ class TwinChair:
     def show(self, pose: Floats, bodies: HumanBodies) -> None:
         """Put chair and people in places for a picture, without any motion."""
         self._place(pose)
-        self._twin.people_state()[0][:] = places_of(bodies, self._setup.relief.floor)
+        self._twin.people_state()[0][:] = places_of(bodies, self._setup.relief)
         self._mujoco.mj_forward(self._twin.model, self._twin.data)
 
     @property
@@ -408,7 +408,7 @@ class TwinChair:
         if twin.people == 0:
             return
         q, v, applied = twin.people_state()
-        places = places_of(bodies, self._setup.relief.floor)
+        places = places_of(bodies, self._setup.relief)
         error = np.hypot(*(places[:, :2] - q[:, :2]).T)
         self._pushed &= (error > _BACK) | (self._untouched < _APART)
         free = ~self._pushed
@@ -432,15 +432,14 @@ class TwinChair:
 
     def _place(self, pose: Floats) -> None:
         """Put the chair on the floor at a pose, level with it."""
-        floor = self._setup.relief.floor
-        data = self._twin.data
-        slope = floor.slope(pose[:2])
+        relief, data = self._setup.relief, self._twin.data
+        slope = relief.floor.slope(pose[:2])
         up = np.array([-slope[0], -slope[1], 1.0]) / math.hypot(1.0, *slope)
         ahead = np.array([math.cos(pose[2]), math.sin(pose[2]), 0.0])
         ahead -= (ahead @ up) * up
         ahead /= np.linalg.norm(ahead)
         R = np.stack([ahead, np.cross(up, ahead), up], axis=-1)
-        data.qpos[:3] = (*pose[:2], float(floor.height(pose[:2])))
+        data.qpos[:3] = (*pose[:2], float(relief.heights(pose[:2])))
         self._mujoco.mju_mat2Quat(data.qpos[3:7], R.ravel())
 
     def _settle(self, bodies: HumanBodies) -> None:
@@ -453,7 +452,7 @@ class TwinChair:
         self._mujoco.mj_step(twin.model, data, round(_SETTLING / TIME_STEP))
         data.qpos[0], data.qpos[1] = self._setup.start[:2]
         data.qvel[: twin.chair_size[1]] = 0.0
-        away[:] = places_of(bodies, self._setup.relief.floor)
+        away[:] = places_of(bodies, self._setup.relief)
         self._mujoco.mj_forward(twin.model, data)
 
     def _wheel_speeds(self) -> Floats:

@@ -1,3 +1,4 @@
+from .floor_relief import LEVEL, FloorSurface
 from .grid_raycast import cast
 from .human_bodies import HumanBodies
 from .laser import sweep
@@ -9,7 +10,7 @@ from .point_cloud import (
     sweep_cloud,
     visible_shares,
 )
-from .static_scene import LEVEL, FloorSurface, StaticScene
+from .static_scene import StaticScene
 
 __all__ = [
     "LEVEL",

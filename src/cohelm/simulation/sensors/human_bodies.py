@@ -13,7 +13,6 @@ import math
 import numpy as np
 
 from cohelm.arrays import Annotated, Floats, Integers, Shape, value
-from cohelm.simulation.sensors.static_scene import LEVEL, FloorSurface
 
 STEP_LENGTH = 0.41
 """Share of the body's height."""
@@ -77,8 +76,8 @@ _ANKLE, _THIGH, _APART = 0.24, 0.36, 0.36
 breadth."""
 
 
-def parts_of(bodies: HumanBodies, floor: FloorSurface = LEVEL) -> Floats:
-    """Bodies as sheared elliptic cones, (n, PARTS, NUMBERS).
+def parts_of(bodies: HumanBodies, standing: Floats) -> Floats:
+    """Bodies as sheared elliptic cones, (n, PARTS, NUMBERS); standing: (n,) heights of feet, m.
 
     Numbers of a part: (x, y) of its axis at height z_0; (k_x, k_y), shear of the axis per metre;
     z_0 and z_1; (u_x, u_y), direction of the first semi-axis; 1/a and 1/b, inverses of the
@@ -88,7 +87,7 @@ def parts_of(bodies: HumanBodies, floor: FloorSurface = LEVEL) -> Floats:
     head = np.minimum(0.41 * b, 0.057 * bodies.height)
     u = np.stack([np.cos(bodies.heading), np.sin(bodies.heading)], axis=-1)
     aside = np.stack([-u[:, 1], u[:, 0]], axis=-1)
-    z, h = floor.height(bodies.position), bodies.height
+    z, h = standing, bodies.height
     swing = bodies.swing[:, None] * u
     apart = (_APART * b)[:, None] * aside
     at = bodies.position

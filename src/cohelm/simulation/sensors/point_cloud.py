@@ -15,10 +15,10 @@ import numpy as np
 from numba import njit
 
 from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, read_only, value
-from cohelm.geometry import transform
 from cohelm.kernels import CACHED, callee
 from cohelm.messages import PointCloud
 from cohelm.robots import CloudMount
+from cohelm.simulation.sensors.floor_relief import FloorCells
 from cohelm.simulation.sensors.grid_raycast import span, stride
 from cohelm.simulation.sensors.human_bodies import HumanBodies, parts_of
 from cohelm.simulation.sensors.static_scene import StaticScene, floor_height, to_floor, tops_of
@@ -244,6 +244,8 @@ def _to_part(part: Floats, origin: Floats, dx: float, dy: float, slope: float) -
 
 _UPRIGHT = 1e-9
 """Minimum horizontal component of a unit ray, also of one straight down."""
+_ROUNDING = 1e-3
+"""Bound on the rounding error of the height of a hit, m: cells store 32 bits."""
 
 
 @value
@@ -335,14 +337,14 @@ def sensor_pose(mount: CloudMount, scene: StaticScene, X_MR: Floats) -> tuple[Fl
     The robot's z axis is the normal of the floor under its axle.
     """
     x, y, z, roll, pitch, yaw = mount.pose
-    slope = scene.floor.slope(X_MR[:2])
+    height, slope = scene.stance(X_MR)
     up = np.array([-slope[0], -slope[1], 1.0])
     up /= np.linalg.norm(up)
     ahead = np.array([math.cos(X_MR[2]), math.sin(X_MR[2]), 0.0])
     ahead -= (ahead @ up) * up
     ahead /= np.linalg.norm(ahead)
     R_MR = np.stack([ahead, np.cross(up, ahead), up], axis=-1)
-    foot = np.array([*transform(X_MR, np.zeros(2)), float(scene.floor.height(X_MR[:2]))])
+    foot = np.array([X_MR[0], X_MR[1], height])
     return foot + R_MR @ np.array([x, y, z]), R_MR @ rotation_of(roll, pitch, yaw)
 
 
@@ -356,23 +358,35 @@ def _cast(
     level = np.maximum(np.hypot(towards[:, 0], towards[:, 1]), _UPRIGHT)
     shape = hidden.shape if _share_planes(R_MS) else (len(rays), 1)
     tops, highest = tops_of(scene)
+    base = np.array([0.0, 0.0, scene.base])
     far, owner, alone = cast_columns(
         tops,
         scene.grid.resolution,
         scene.grid.X_MG,
         scene.floor.numbers,
-        scene.ceiling,
+        scene.ceiling - scene.base,
         highest,
-        origin,
+        origin - base,
         towards.reshape(*shape, 3)[:, 0, :2] / level.reshape(shape)[:, :1],
         (towards[:, 2] / level).reshape(shape),
         (mount.range_max * level).reshape(shape),
         np.column_stack([bodies.position, bodies.radius]),
-        parts_of(bodies, scene.floor),
+        parts_of(bodies, scene.floor_height(bodies.position) - scene.base),
     )
+    far = far.reshape(-1)
+    if scene.cells is not None and scene.cells.dark.any():
+        far[_on_dark_floor(scene.cells, origin, towards / level[:, None], far)] = np.inf
     owner = owner.reshape(-1)
     met = np.bincount(owner[(owner >= 0) & ~hidden.reshape(-1)], minlength=len(alone))
-    return far.reshape(-1) / level, owner, met / np.maximum(alone, 1)
+    return far / level, owner, met / np.maximum(alone, 1)
+
+
+def _on_dark_floor(cells: FloorCells, origin: Floats, towards: Floats, far: Floats) -> Booleans:
+    """Mask (p,) of rays, (p, 3) per horizontal metre, that end on floor without a return."""
+    hit = np.isfinite(far)
+    ends = origin + np.where(hit, far, 0.0)[:, None] * towards
+    low = ends[:, 2] <= cells.height(ends[:, :2]) + _ROUNDING
+    return np.asarray(hit & low & cells.is_dark(ends[:, :2]))
 
 
 @lru_cache(maxsize=8)

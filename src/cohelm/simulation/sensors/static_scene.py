@@ -11,50 +11,7 @@ from numba import njit
 from cohelm.arrays import Annotated, Floats, Floats32, Shape, value
 from cohelm.kernels import CACHED, callee
 from cohelm.maps import OccupancyGrid
-
-
-@value
-class FloorSurface:
-    """A level floor with one ramp in it: level at height 0, then rising, then level again.
-
-    The height at p is gradient · clip((p − at) · u, 0, length), u being the direction; with an
-    infinite length and ``at`` far behind, the whole floor is tilted.
-    """
-
-    at: Annotated[Floats, Shape("2")]
-    """Beginning of the ramp, (x, y), m."""
-    direction: float
-    """Direction of the ramp, rad."""
-    gradient: float
-    """Rise over run; below 0 it falls, 0 is a level floor."""
-    length: float = math.inf
-    """Run, m."""
-
-    def height(self, points: Floats) -> Floats:
-        """Height (...,) of the floor at points (..., 2), m."""
-        run = (points - self.at) @ np.array([math.cos(self.direction), math.sin(self.direction)])
-        return np.asarray(self.gradient * np.clip(run, 0.0, self.length))
-
-    def slope(self, point: Floats) -> Floats:
-        """Gradient (∂h/∂x, ∂h/∂y) of the floor at a point (2,)."""
-        u = np.array([math.cos(self.direction), math.sin(self.direction)])
-        on_ramp = 0.0 <= float((point - self.at) @ u) <= self.length
-        return self.gradient * u if on_ramp else np.zeros(2)
-
-    @property
-    def highest(self) -> float:
-        """Maximum height, m."""
-        return self.gradient * self.length if self.gradient > 0.0 else 0.0
-
-    @property
-    def numbers(self) -> Floats:
-        """(x, y, u_x, u_y, gradient, length) for the kernels."""
-        u_x, u_y = math.cos(self.direction), math.sin(self.direction)
-        return np.array([*self.at, u_x, u_y, self.gradient, self.length])
-
-
-LEVEL = FloorSurface(at=np.zeros(2), direction=0.0, gradient=0.0)
-"""Height 0 everywhere."""
+from cohelm.simulation.sensors.floor_relief import LEVEL, FloorCells, FloorSurface
 
 
 @value
@@ -71,11 +28,30 @@ class StaticScene:
     ceiling: float = math.inf
     """Height of the ceiling over 0, m; +inf: none."""
     floor: FloorSurface = LEVEL
+    cells: FloorCells | None = None
+    """Floor with a relief, on the same grid, instead of ``floor``."""
+
+    def floor_height(self, points: Floats) -> Floats:
+        """Height (...,) of the floor at points (..., 2), m."""
+        return self.floor.height(points) if self.cells is None else self.cells.height(points)
+
+    def stance(self, X_MR: Floats) -> tuple[float, Floats]:
+        """Height under a chair's axle, m, and the gradient (2,) of what it stands on, map frame."""
+        if self.cells is not None:
+            return self.cells.stance(X_MR)
+        return float(self.floor.height(X_MR[:2])), self.floor.slope(X_MR[:2])
+
+    @property
+    def base(self) -> float:
+        """Height from which rays count heights, m: that of the lowest cell of a relief, else 0."""
+        return 0.0 if self.cells is None else self.cells.lowest
 
 
 @lru_cache(maxsize=8)
 def tops_of(scene: StaticScene) -> tuple[Floats32, float]:
-    """Height (rows, cols) of the obstacles over the floor, m, and their maximum over 0, m.
+    """Height (rows, cols) of what stands on a level floor, m, and its maximum over 0, m.
+
+    With a relief the level floor lies at ``StaticScene.base``, and so do both heights.
 
     Raises:
         ValueError: if the heights do not have the shape of the grid.
@@ -87,6 +63,8 @@ def tops_of(scene: StaticScene) -> tuple[Floats32, float]:
         raise ValueError(f"heights of shape {heights.shape} on a grid of shape {grid.shape}")
     standing = np.where(np.isnan(heights), np.float32(scene.wall_height), heights)
     tops = np.where(grid.occupied(), standing, np.float32(0.0)).astype(np.float32)
+    if scene.cells is not None:
+        tops += scene.cells.heights - np.float32(scene.base)
     tops.flags.writeable = False
     return tops, float(tops.max(initial=0.0)) + scene.floor.highest
 

@@ -1,0 +1,85 @@
+"""The floor in a ride: its map, and the speed at which the chair goes where it saw none.
+
+Edges that the chair cannot take are obstacles to all stages. Floor that no sensor has seen, as
+behind an obstacle, behind the chair at the beginning, or where it returns nothing, is neither: the
+chair may creep onto it, and is slow enough to stop before it otherwise. Without LiDARs and depth
+cameras nothing is known of the floor, and nothing is limited.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cohelm.arrays import Floats, replace
+from cohelm.messages import Decision, Mode
+from cohelm.navigation.tick import StepInput
+from cohelm.perception import pose_at
+from cohelm.perception.ground.ground_map import GroundMap, known_floor, update_ground
+from cohelm.perception.pipeline import MAX_DELAY
+from cohelm.reasons import Reason
+from cohelm.robots import Robot
+
+CREEPING = 0.15
+"""Speed of the outermost wheel on floor that it never saw, m/s (assumed)."""
+_REACTION = 0.25
+"""Time before the chair brakes, s: a step, a sweep and the drive's lag (assumed)."""
+_ALONG = 0.3
+"""Speed at which a motion is looked ahead while the chair stands, m/s."""
+
+
+def update_floor(step: StepInput) -> GroundMap | None:
+    """Add the new clouds to the map of the floor; None as long as there was no cloud."""
+    setup, observation = step.setup, step.observation
+    timely = [each for each in observation.clouds if abs(each.time - observation.time) <= MAX_DELAY]
+    if not timely:
+        return step.memory.floor
+    poses = np.array([pose_at(observation, cloud.time) for cloud in timely])
+    return update_ground(
+        step.memory.floor, tuple(timely), poses, setup.grid, setup.robot, setup.ground
+    )
+
+
+def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:
+    """Limit the speed so that the chair stops before floor that it never saw, or creeps onto it."""
+    if floor is None or step.request.mode is Mode.MANUAL:
+        return step
+    twist = step.observation.twist if step.commanded is None else step.commanded
+    if math.hypot(twist[0], twist[1]) < CREEPING:
+        twist = np.array([math.copysign(_ALONG, twist[0]), 0.0, 0.0])
+    limit = allowed_speed(step, floor, twist)
+    if limit >= step.request.speed_limit:
+        return step
+    return replace(step, request=replace(step.request, speed_limit=limit))
+
+
+def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | None) -> Decision:
+    """The decision, slowed down where it leads onto floor that was never seen."""
+    twist = decision.twist
+    if floor is None or step.request.mode is Mode.MANUAL or not twist.any():
+        return decision
+    speed = float(_point_speeds(step.setup.robot, twist).max())
+    limit = allowed_speed(step, floor, twist)
+    if speed <= limit + 1e-9:
+        slow = limit <= CREEPING and decision.reason in {None, Reason.OVER_LIMITS}
+        return replace(decision, reason=Reason.FLOOR_UNSEEN) if slow else decision
+    return replace(decision, twist=twist * (limit / speed), reason=Reason.FLOOR_UNSEEN)
+
+
+def allowed_speed(step: StepInput, floor: GroundMap, twist: Floats) -> float:
+    """Maximum speed of the outermost wheel along a motion (3,), m/s.
+
+    Braking after the reaction ends before the first cell that was never seen.
+    """
+    setup = step.setup
+    way = known_floor(floor, setup.grid, setup.robot.wheels, step.observation.pose, twist)
+    brake = setup.robot.max_deceleration
+    stops = math.hypot(brake * _REACTION, math.sqrt(2.0 * brake * way)) - brake * _REACTION
+    return max(stops, CREEPING)
+
+
+def _point_speeds(robot: Robot, twist: Floats) -> Floats:
+    """Speed (k,) of the wheels over the floor under a twist (3,), m/s."""
+    x, y = robot.wheels.T
+    return np.asarray(np.hypot(twist[0] - twist[2] * y, twist[1] + twist[2] * x))

@@ -1,0 +1,450 @@
+"""Kernels of the ground map: sweeps into cells, and cells into what wheels can do there."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from cohelm.arrays import Bytes, Floats, Floats32
+from cohelm.kernels import CACHED, callee
+
+UNSEEN, FLOOR, OBJECT, LOWER, HIGHER = 0, 1, 2, 3, 4
+"""Kinds of cells: not seen; floor that wheels can take; the low part of a high object, as a foot;
+behind an edge down; behind one up."""
+_STEPS = np.array(
+    [
+        [0, 2],
+        [2, 0],
+        [2, 2],
+        [2, -2],
+        [0, 4],
+        [4, 0],
+        [3, 3],
+        [3, -3],
+        [0, 8],
+        [8, 0],
+        [0, 16],
+        [16, 0],
+    ]
+)
+"""Offsets (rows, columns) at which cells are compared, each pair once."""
+_BESIDE = np.array([[0, 1], [1, 1], [1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1]])
+_NEAR = 4
+"""Distance in cells within which floor vouches for an unseen cell beside it."""
+_SEEN = 2
+"""Sweeps that must have seen a cell before its height counts as a step."""
+_LAYER = 0.06
+"""The floor of a cell is the mean of its returns up to this height over the lowest one, m; more
+than noise, or the map would sink."""
+_STRIDE = 0.5
+"""Step along a ray below the floor, cells."""
+_STICKY = 0.01
+"""A cell behind an edge stays one while its step is at most this much too small, m."""
+
+
+class GroundCells(NamedTuple):
+    """Cells (rows, cols) of the map, changed in place; 0 everywhere is an unseen floor."""
+
+    height: Floats32
+    """Of the floor, m; without meaning where it was never seen."""
+    seen: Bytes
+    """Sweeps with a return of the floor, at most 255."""
+    bound: Floats32
+    """Lowest ray that passed, m: the floor lies below it; without meaning where none did."""
+    passed: Bytes
+    """Sweeps with rays that passed below the chair's floor, at most 255."""
+    tall: Bytes
+    """Sweeps of the floor for which a high object still counts: what is low belongs to it."""
+    kind: Bytes
+    """One of the constants above."""
+
+
+class GroundRules(NamedTuple):
+    """Limits of the chair, and sizes; heights in m."""
+
+    down: float
+    """Least step down that counts."""
+    up: float
+    """Least step up that counts."""
+    slope: float
+    """Steepest floor, rise over run."""
+    resolution: float
+    """Side of a cell, m."""
+    reach: float
+    """Horizontal distance from the chair within which returns count, m."""
+    dip: float
+    """Depth below the chair's floor from which a ray counts as passing."""
+    tall: float
+    """Returns higher than this over the floor are objects."""
+    top: float
+    """Returns higher than this count for nothing."""
+    lasting: int
+    """Sweeps of the floor alone for which a high object counts, at most 254."""
+
+
+@njit(**CACHED)
+def add_sweep(
+    cells: GroundCells,
+    points: Floats32,
+    rotation: Floats,
+    origin: Floats,
+    chair: Floats,
+    tilt: Floats,
+    rules: GroundRules,
+) -> Floats:
+    """Add a sweep to the cells, in place.
+
+    Args:
+        cells: of the map; the window's frame has its origin at the corner of the first cell.
+        points: (p, 3) in the sensor's frame, m; NaN without a return.
+        rotation, origin: (3, 3) and (3,), m, of the sensor in the window's frame, heights over the
+            plane on which the chair stands.
+        chair: (2,), its place in the window's frame, m.
+        tilt: (3,) expected height of that plane below the map's at the chair, m, and its slopes.
+        rules: of the map.
+
+    Returns:
+        The tilt (3,) that fits the sweep to what was known.
+    """
+    low = _in_window(points, rotation, origin, chair, rules)
+    tilt = _fitted(cells, low, chair, tilt, rules)
+    for i in range(low.shape[0]):
+        low[i, 2] -= tilt[0] + tilt[1] * (low[i, 0] - chair[0]) + tilt[2] * (low[i, 1] - chair[1])
+    _add_floor(cells, low, chair, tilt, rules)
+    sensor = origin.copy()
+    sensor[2] -= tilt[0] + tilt[1] * (origin[0] - chair[0]) + tilt[2] * (origin[1] - chair[1])
+    _add_passing(cells, low, sensor, -tilt[0], rules)
+    return tilt
+
+
+@callee()
+def _in_window(
+    points: Floats32, rotation: Floats, origin: Floats, chair: Floats, rules: GroundRules
+) -> Floats:
+    """Returns (m, 3) within reach and not too high, in the window's frame."""
+    out = np.empty((points.shape[0], 3))
+    count, r = 0, rotation
+    for i in range(points.shape[0]):
+        px, py, pz = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
+        if not px * px + py * py + pz * pz > 0.0025:  # also false for NaN
+            continue
+        z = origin[2] + r[2, 0] * px + r[2, 1] * py + r[2, 2] * pz
+        x = origin[0] + r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
+        y = origin[1] + r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
+        away = math.hypot(x - chair[0], y - chair[1])
+        if z < rules.top and (away <= rules.reach or z < -rules.dip):
+            out[count, 0], out[count, 1], out[count, 2] = x, y, z
+            count += 1
+    return out[:count]
+
+
+@callee()
+def _fitted(
+    cells: GroundCells, low: Floats, chair: Floats, tilt: Floats, rules: GroundRules
+) -> Floats:
+    """Tilt (3,) that fits returns to the heights of their cells, by least squares, twice.
+
+    The expected tilt counts as much as a handful of returns, so that few of them change little.
+    """
+    rows, cols = cells.height.shape
+    out = tilt.copy()
+    for gate, growth in ((0.05, 0.04), (0.02, 0.01)):
+        A, b = np.zeros((3, 3)), np.zeros(3)
+        for i in range(low.shape[0]):
+            x, y = low[i, 0] - chair[0], low[i, 1] - chair[1]
+            c, r = int(low[i, 0] / rules.resolution), int(low[i, 1] / rules.resolution)
+            if not (0 <= r < rows and 0 <= c < cols) or low[i, 0] < 0.0 or low[i, 1] < 0.0:
+                continue
+            if cells.seen[r, c] < _SEEN or cells.kind[r, c] != FLOOR or cells.tall[r, c] > 0:
+                continue
+            off = low[i, 2] - cells.height[r, c]
+            if abs(off - out[0] - out[1] * x - out[2] * y) > gate + growth * math.hypot(x, y):
+                continue
+            off -= tilt[0] + tilt[1] * x + tilt[2] * y
+            A[0, 0] += 1.0
+            A[0, 1] += x
+            A[0, 2] += y
+            A[1, 1] += x * x
+            A[1, 2] += x * y
+            A[2, 2] += y * y
+            b[0] += off
+            b[1] += off * x
+            b[2] += off * y
+        A[0, 0] += 20.0
+        A[1, 1] += 20.0
+        A[2, 2] += 20.0
+        out = tilt + _solved(A, b)
+    return out
+
+
+@callee()
+def _solved(A: Floats, b: Floats) -> Floats:
+    """Solution (3,) of a positive definite system of which the upper triangle is given."""
+    l00 = math.sqrt(A[0, 0])
+    l10, l20 = A[0, 1] / l00, A[0, 2] / l00
+    l11 = math.sqrt(A[1, 1] - l10 * l10)
+    l21 = (A[1, 2] - l20 * l10) / l11
+    l22 = math.sqrt(A[2, 2] - l20 * l20 - l21 * l21)
+    u = b[0] / l00
+    v = (b[1] - l10 * u) / l11
+    w = (b[2] - l20 * u - l21 * v) / l22
+    z = w / l22
+    y = (v - l21 * z) / l11
+    return np.array([(u - l10 * y - l20 * z) / l00, y, z])
+
+
+@callee()
+def _add_floor(
+    cells: GroundCells, low: Floats, chair: Floats, tilt: Floats, rules: GroundRules
+) -> None:
+    """Fuse the lowest returns of each cell into its height, and note high objects."""
+    rows, cols = cells.height.shape
+    cell = np.full(low.shape[0], -1, dtype=np.int64)
+    least = np.full(rows * cols, np.inf)
+    for i in range(low.shape[0]):
+        if low[i, 0] < 0.0 or low[i, 1] < 0.0:
+            continue
+        c, r = int(low[i, 0] / rules.resolution), int(low[i, 1] / rules.resolution)
+        if r >= rows or c >= cols:
+            continue
+        over = low[i, 2] + tilt[0]
+        away = math.hypot(low[i, 0] - chair[0], low[i, 1] - chair[1])
+        if over > rules.tall + rules.slope * away:
+            cells.tall[r, c] = rules.lasting + 1
+            continue
+        cell[i] = r * cols + c
+        least[cell[i]] = min(least[cell[i]], low[i, 2])
+    total, count = np.zeros(rows * cols), np.zeros(rows * cols)
+    for i in range(low.shape[0]):
+        if cell[i] >= 0 and low[i, 2] <= least[cell[i]] + _LAYER:
+            total[cell[i]] += low[i, 2]
+            count[cell[i]] += 1.0
+    for k in range(rows * cols):
+        r, c = k // cols, k % cols
+        # A high object is forgotten where only floor is seen, and not while nobody looks.
+        if cells.tall[r, c] > rules.lasting or (cells.tall[r, c] > 0 and count[k] > 0.0):
+            cells.tall[r, c] -= 1
+        if count[k] == 0.0:
+            continue
+        n = cells.seen[r, c]
+        # Newer sweeps are nearer ones, and better.
+        share = max(1.0 / (n + 1.0), 0.25)
+        before = cells.height[r, c] if n > 0 else 0.0
+        cells.height[r, c] = before + share * (total[k] / count[k] - before)
+        cells.seen[r, c] = min(n + 1, 255)
+
+
+@callee()
+def _add_passing(
+    cells: GroundCells, low: Floats, sensor: Floats, level: float, rules: GroundRules
+) -> None:
+    """Note rays on their last way below the chair's floor: where they pass there is none."""
+    rows, cols = cells.height.shape
+    fresh = np.zeros(rows * cols, dtype=np.bool_)
+    for i in range(low.shape[0]):
+        if low[i, 2] > level - rules.dip:
+            continue
+        dx, dy = sensor[0] - low[i, 0], sensor[1] - low[i, 1]
+        away = math.hypot(dx, dy)
+        if away < 1e-6 or sensor[2] <= low[i, 2]:
+            continue
+        rise = (sensor[2] - low[i, 2]) / away
+        # From where the ray sinks below the floor to its return, without the return's own cell.
+        first = max(away - (level - 0.5 * rules.dip - low[i, 2]) / rise, 0.0)
+        t = rules.resolution
+        while t < away - first:
+            x, y = low[i, 0] + dx / away * t, low[i, 1] + dy / away * t
+            c, r = math.floor(x / rules.resolution), math.floor(y / rules.resolution)
+            if 0 <= r < rows and 0 <= c < cols:
+                z = low[i, 2] + rise * t
+                if cells.passed[r, c] == 0 or z < cells.bound[r, c]:
+                    cells.bound[r, c] = z
+                fresh[r * cols + c] = True
+            t += _STRIDE * rules.resolution
+    for k in range(rows * cols):
+        if fresh[k] and cells.passed[k // cols, k % cols] < 255:
+            cells.passed[k // cols, k % cols] += 1
+
+
+@njit(**CACHED)
+def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundRules) -> int:
+    """Decide what wheels can do in each cell, in place; return how many edges changed.
+
+    Of two cells with a step between them the one counts as behind it whose height differs more
+    from that of the chair. An unseen cell that a ray passed far below its neighbours lies behind an
+    edge, and so does one between such cells and floor.
+
+    Args:
+        cells: of the map.
+        chair: (2,), its place in the window's frame, m.
+        level: height of the floor under it, m.
+        rules: of the map.
+    """
+    rows, cols = cells.height.shape
+    kind, before = cells.kind, cells.kind.copy()
+    for r in range(rows):
+        for c in range(cols):
+            kind[r, c] = FLOOR if cells.seen[r, c] > 0 else UNSEEN
+    for k in range(_STEPS.shape[0]):
+        # A step is no longer than a few cells; farther apart, floor may slope between them.
+        away = max(abs(_STEPS[k, 0]), abs(_STEPS[k, 1]))
+        allowed = rules.slope * max(away - _NEAR, 0) * rules.resolution
+        _mark_steps(cells, before, (_STEPS[k, 0], _STEPS[k, 1]), level, allowed, rules)
+    for r in range(rows):
+        for c in range(cols):
+            if kind[r, c] == UNSEEN and cells.passed[r, c] >= _SEEN:
+                x, y = (c + 0.5) * rules.resolution, (r + 0.5) * rules.resolution
+                away = math.hypot(x - chair[0], y - chair[1])
+                beside = _floor_beside(cells, r, c, level - rules.slope * away)
+                sticky = _STICKY if before[r, c] == LOWER else 0.0
+                if cells.bound[r, c] < beside - rules.down + sticky:
+                    kind[r, c] = LOWER
+    _close_gaps(kind)
+    changed = 0
+    for r in range(rows):
+        for c in range(cols):
+            changed += (kind[r, c] >= LOWER) != (before[r, c] >= LOWER)
+    return changed
+
+
+@callee()
+def _mark_steps(
+    cells: GroundCells,
+    before: Bytes,
+    offset: tuple[int, int],
+    level: float,
+    allowed: float,
+    rules: GroundRules,
+) -> None:
+    """Compare all cells with those at an offset, and mark what lies behind a step."""
+    height, seen, kind = cells.height, cells.seen, cells.kind
+    rows, cols = height.shape
+    least = min(rules.down, rules.up) + allowed - _STICKY
+    for r in range(rows - offset[0]):
+        for c in range(max(-offset[1], 0), cols - max(offset[1], 0)):
+            i, j = r + offset[0], c + offset[1]
+            step = height[i, j] - height[r, c]
+            if abs(step) <= least or seen[r, c] < _SEEN or seen[i, j] < _SEEN:
+                continue
+            # The one that is farther from the chair's level lies behind the step.
+            if abs(height[r, c] - level) > abs(height[i, j] - level):
+                i, j, step = r, c, -step
+            sticky = _STICKY if before[i, j] >= LOWER else 0.0
+            if -step > rules.down + allowed - sticky:
+                kind[i, j] = LOWER
+                continue
+            if step > rules.up + allowed - sticky and kind[i, j] != LOWER:
+                kind[i, j] = OBJECT if _is_tall(cells, i, j) else HIGHER
+
+
+@callee()
+def _is_tall(cells: GroundCells, r: int, c: int) -> bool:
+    """Check for a high object within a foot's length: what is low there belongs to it."""
+    rows, cols = cells.tall.shape
+    for i in range(max(r - 4, 0), min(r + 5, rows)):
+        for j in range(max(c - 4, 0), min(c + 5, cols)):
+            if cells.tall[i, j] > 0:
+                return True
+    return False
+
+
+@callee()
+def _floor_beside(cells: GroundCells, r: int, c: int, otherwise: float) -> float:
+    """Highest floor seen near a cell; ``otherwise`` without any, m."""
+    rows, cols = cells.height.shape
+    best = -np.inf
+    for i in range(max(r - _NEAR, 0), min(r + _NEAR + 1, rows)):
+        for j in range(max(c - _NEAR, 0), min(c + _NEAR + 1, cols)):
+            if cells.kind[i, j] == FLOOR and cells.tall[i, j] == 0:
+                best = max(best, cells.height[i, j])
+    return best if best > -np.inf else otherwise
+
+
+@callee()
+def _close_gaps(kind: Bytes) -> None:
+    """Count unseen cells in the way from floor to what lies lower as lower, in place.
+
+    So does the cell before an edge: a return just before it may come from just behind it.
+    """
+    rows, cols = kind.shape
+    for k in range(_NEAR):
+        found = kind.copy()
+        for r in range(1, rows - 1):
+            for c in range(1, cols - 1):
+                if found[r, c] == UNSEEN or (k == 0 and found[r, c] == FLOOR):
+                    for m in range(_BESIDE.shape[0]):
+                        if found[r + _BESIDE[m, 0], c + _BESIDE[m, 1]] == LOWER:
+                            kind[r, c] = LOWER
+                            break
+
+
+@njit(**CACHED)
+def stand_on(cells: GroundCells, discs: Floats, level: float, resolution: float) -> None:
+    """Count unseen cells under a chair that stands there as floor, in place.
+
+    Args:
+        cells: of the map.
+        discs: (n, 3) of (x, y, radius) in the window's frame, m.
+        level: height of the floor, m.
+        resolution: side of a cell, m.
+    """
+    rows, cols = cells.height.shape
+    for k in range(discs.shape[0]):
+        x, y, radius = discs[k, 0], discs[k, 1], discs[k, 2]
+        for r in range(int((y - radius) / resolution), int((y + radius) / resolution) + 1):
+            for c in range(int((x - radius) / resolution), int((x + radius) / resolution) + 1):
+                if not (0 <= r < rows and 0 <= c < cols) or cells.seen[r, c] > 0:
+                    continue
+                away = math.hypot((c + 0.5) * resolution - x, (r + 0.5) * resolution - y)
+                if away <= radius:
+                    cells.height[r, c], cells.seen[r, c] = level, 1
+
+
+@njit(**CACHED)
+def known_way(
+    cells: GroundCells,
+    wheels: Floats,
+    pose: Floats,
+    twist: Floats,
+    resolution: float,
+    reach: float,
+) -> float:
+    """Way that the outermost of moving wheels goes over floor that was seen, m.
+
+    Args:
+        cells: of the map.
+        wheels: (k, 2), their places in the robot frame, m.
+        pose: (3,) in the window's frame.
+        twist: (3,) kept all the way, robot frame; at rest the whole reach is known.
+        resolution: side of a cell, m.
+        reach: longest way, m.
+    """
+    rows, cols = cells.height.shape
+    fastest = 0.0
+    for k in range(wheels.shape[0]):
+        vx, vy = twist[0] - twist[2] * wheels[k, 1], twist[1] + twist[2] * wheels[k, 0]
+        fastest = max(fastest, math.hypot(vx, vy))
+    if fastest < 1e-9:
+        return reach
+    dt = resolution / fastest
+    x, y, angle, way = pose[0], pose[1], pose[2], 0.0
+    while way < reach:
+        middle = angle + 0.5 * dt * twist[2]
+        cos, sin = math.cos(middle), math.sin(middle)
+        x += dt * (cos * twist[0] - sin * twist[1])
+        y += dt * (sin * twist[0] + cos * twist[1])
+        angle += dt * twist[2]
+        cos, sin = math.cos(angle), math.sin(angle)
+        for k in range(wheels.shape[0]):
+            px = x + cos * wheels[k, 0] - sin * wheels[k, 1]
+            py = y + sin * wheels[k, 0] + cos * wheels[k, 1]
+            r, c = math.floor(py / resolution), math.floor(px / resolution)
+            if not (0 <= r < rows and 0 <= c < cols):
+                return way
+            if cells.seen[r, c] == 0 and cells.kind[r, c] == UNSEEN and cells.tall[r, c] == 0:
+                return way
+        way += resolution
+    return reach
