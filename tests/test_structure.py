@@ -66,18 +66,18 @@ BUDGET = {
     "live": (10150, 64),
     "maps": (1700, 10),
     "messages": (725, 8),
-    "navigation": (5325, 36),
-    "perception": (8750, 48),
+    "navigation": (5550, 38),
+    "perception": (9700, 52),
     "planning": (7700, 48),
-    "platforms": (3075, 22),
+    "platforms": (3125, 22),
     "plotting": (2150, 12),
     "recordings": (4825, 33),
     "robots": (1825, 15),
     "ros2": (3100, 16),
     "safety": (450, 3),
-    "scenarios": (2175, 12),
+    "scenarios": (2300, 12),
     "sharing": (1725, 11),
-    "simulation": (6700, 46),
+    "simulation": (6900, 47),
     "social": (300, 4),
     "testing": (2075, 14),
     "web": (2425, 18),
@@ -99,7 +99,7 @@ def test_a_package_keeps_its_budget(package):
     assert max(lines) <= LONGEST
 
 
-KERNELS = 545
+KERNELS = 560
 """Compiled functions at most: each costs most of a second at a first start, and some of each start
 of a process. ``cohelm compile --profile`` tells which are dear."""
 

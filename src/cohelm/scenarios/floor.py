@@ -12,7 +12,7 @@ from cohelm.arrays import Booleans, Floats, Floats32, Integers
 from cohelm.config import read_yaml, validate
 from cohelm.errors import ScenarioError
 from cohelm.maps import OCCUPIED, FloorPlan, OccupancyGrid
-from cohelm.scenarios.objects import Level, Obstacle, ScheduledDoor, Storey
+from cohelm.scenarios.objects import FloorLevel, Obstacle, ScheduledDoor, Storey
 from cohelm.scenarios.scenario import Scenario, floor_file
 from cohelm.simulation import FloorPiece, FloorRelief, ManualDoor, MapChange
 from cohelm.simulation.sensors.floor_relief import LEVEL, FloorSurface
@@ -62,7 +62,7 @@ def relief_of(storey: Storey) -> FloorRelief:
             gradient=ramp.gradient,
             length=ramp.length,
         )
-    bars = [Level(**each.model_dump()) for each in storey.thresholds]
+    bars = [FloorLevel(**each.model_dump()) for each in storey.thresholds]
     pieces = tuple(
         FloorPiece(
             at=np.array(each.at),

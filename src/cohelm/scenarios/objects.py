@@ -88,7 +88,7 @@ class Threshold(Model):
     """m."""
 
 
-class Level(Model):
+class FloorLevel(Model):
     """Rectangle of floor at another height: kerb, platform, pit, stairs, ramp with open sides."""
 
     at: Point
@@ -127,7 +127,7 @@ class Storey(Model):
     """Height of the walls, m."""
     ceiling: bool = True
     """Close the storey by a ceiling on top of the walls."""
-    levels: tuple[Level, ...] = ()
+    levels: tuple[FloorLevel, ...] = ()
     """Floor at other heights; a later one lies on an earlier one."""
     thresholds: tuple[Threshold, ...] = ()
     """Bars on the floor."""

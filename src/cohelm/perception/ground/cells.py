@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from cohelm.arrays import Bytes, Floats, Floats32
+from cohelm.arrays import Booleans, Bytes, Floats, Floats32
 from cohelm.kernels import CACHED, callee
 
 UNSEEN, FLOOR, OBJECT, LOWER, HIGHER = 0, 1, 2, 3, 4
@@ -32,6 +32,8 @@ _STEPS = np.array(
 )
 """Offsets (rows, columns) at which cells are compared, each pair once."""
 _BESIDE = np.array([[0, 1], [1, 1], [1, 0], [1, -1], [0, -1], [-1, -1], [-1, 0], [-1, 1]])
+_BLOCK = 16
+"""Side of the blocks in which steps are looked for, cells: no offset is longer."""
 _NEAR = 4
 """Distance in cells within which floor vouches for an unseen cell beside it."""
 _SEEN = 2
@@ -202,7 +204,7 @@ def _add_floor(
 ) -> None:
     """Fuse the lowest returns of each cell into its height, and note high objects."""
     rows, cols = cells.height.shape
-    cell = np.full(low.shape[0], -1, dtype=np.int64)
+    cell, high = np.full(low.shape[0], -1, dtype=np.int64), np.zeros(low.shape[0], dtype=np.bool_)
     least = np.full(rows * cols, np.inf)
     for i in range(low.shape[0]):
         if low[i, 0] < 0.0 or low[i, 1] < 0.0:
@@ -212,29 +214,31 @@ def _add_floor(
             continue
         over = low[i, 2] + tilt[0]
         away = math.hypot(low[i, 0] - chair[0], low[i, 1] - chair[1])
-        if over > rules.tall + rules.slope * away:
+        cell[i], high[i] = r * cols + c, over > rules.tall + rules.slope * away
+        if high[i]:
             cells.tall[r, c] = rules.lasting + 1
-            continue
-        cell[i] = r * cols + c
-        least[cell[i]] = min(least[cell[i]], low[i, 2])
-    total, count = np.zeros(rows * cols), np.zeros(rows * cols)
+        else:
+            least[cell[i]] = min(least[cell[i]], low[i, 2])
+    total, count = np.zeros(rows * cols), np.zeros(rows * cols, dtype=np.int64)
     for i in range(low.shape[0]):
-        if cell[i] >= 0 and low[i, 2] <= least[cell[i]] + _LAYER:
+        if cell[i] >= 0 and not high[i] and low[i, 2] <= least[cell[i]] + _LAYER:
             total[cell[i]] += low[i, 2]
-            count[cell[i]] += 1.0
-    for k in range(rows * cols):
-        r, c = k // cols, k % cols
-        # A high object is forgotten where only floor is seen, and not while nobody looks.
-        if cells.tall[r, c] > rules.lasting or (cells.tall[r, c] > 0 and count[k] > 0.0):
-            cells.tall[r, c] -= 1
-        if count[k] == 0.0:
+            count[cell[i]] += 1
+    for i in range(low.shape[0]):
+        r, c = cell[i] // cols, cell[i] % cols
+        if cell[i] < 0 or count[cell[i]] < 0:  # that cell is done
             continue
-        n = cells.seen[r, c]
-        # Newer sweeps are nearer ones, and better.
-        share = max(1.0 / (n + 1.0), 0.25)
-        before = cells.height[r, c] if n > 0 else 0.0
-        cells.height[r, c] = before + share * (total[k] / count[k] - before)
-        cells.seen[r, c] = min(n + 1, 255)
+        # A high object is forgotten where only floor is seen, and not while nobody looks.
+        if cells.tall[r, c] > 0:
+            cells.tall[r, c] -= 1
+        if count[cell[i]] > 0:
+            n = cells.seen[r, c]
+            # Newer sweeps are nearer ones, and better.
+            share = max(1.0 / (n + 1.0), 0.25)
+            before = cells.height[r, c] if n > 0 else 0.0
+            cells.height[r, c] = before + share * (total[cell[i]] / count[cell[i]] - before)
+            cells.seen[r, c] = min(n + 1, 255)
+        count[cell[i]] = -1
 
 
 @callee()
@@ -288,20 +292,13 @@ def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundR
     for r in range(rows):
         for c in range(cols):
             kind[r, c] = FLOOR if cells.seen[r, c] > 0 else UNSEEN
+    uneven = _uneven_blocks(cells, min(rules.down, rules.up) - _STICKY)
     for k in range(_STEPS.shape[0]):
         # A step is no longer than a few cells; farther apart, floor may slope between them.
         away = max(abs(_STEPS[k, 0]), abs(_STEPS[k, 1]))
         allowed = rules.slope * max(away - _NEAR, 0) * rules.resolution
-        _mark_steps(cells, before, (_STEPS[k, 0], _STEPS[k, 1]), level, allowed, rules)
-    for r in range(rows):
-        for c in range(cols):
-            if kind[r, c] == UNSEEN and cells.passed[r, c] >= _SEEN:
-                x, y = (c + 0.5) * rules.resolution, (r + 0.5) * rules.resolution
-                away = math.hypot(x - chair[0], y - chair[1])
-                beside = _floor_beside(cells, r, c, level - rules.slope * away)
-                sticky = _STICKY if before[r, c] == LOWER else 0.0
-                if cells.bound[r, c] < beside - rules.down + sticky:
-                    kind[r, c] = LOWER
+        _mark_steps(cells, before, uneven, (_STEPS[k, 0], _STEPS[k, 1]), level, allowed, rules)
+    _mark_passed(cells, before, chair, level, rules)
     _close_gaps(kind)
     changed = 0
     for r in range(rows):
@@ -311,9 +308,32 @@ def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundR
 
 
 @callee()
+def _uneven_blocks(cells: GroundCells, step: float) -> Booleans:
+    """Blocks of ``_BLOCK`` cells a side with a step this high in them or to a later neighbour."""
+    rows, cols = cells.height.shape
+    shape = ((rows + _BLOCK - 1) // _BLOCK, (cols + _BLOCK - 1) // _BLOCK)
+    low, high = np.full(shape, np.inf), np.full(shape, -np.inf)
+    for r in range(rows):
+        for c in range(cols):
+            if cells.seen[r, c] >= _SEEN:
+                i, j, height = r // _BLOCK, c // _BLOCK, cells.height[r, c]
+                low[i, j], high[i, j] = min(low[i, j], height), max(high[i, j], height)
+    out = np.zeros(shape, dtype=np.bool_)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            least, most = np.inf, -np.inf
+            for m in range(i, min(i + 2, shape[0])):
+                for n in range(max(j - 1, 0), min(j + 2, shape[1])):
+                    least, most = min(least, low[m, n]), max(most, high[m, n])
+            out[i, j] = most - least > step
+    return out
+
+
+@callee()
 def _mark_steps(
     cells: GroundCells,
     before: Bytes,
+    uneven: Booleans,
     offset: tuple[int, int],
     level: float,
     allowed: float,
@@ -323,21 +343,25 @@ def _mark_steps(
     height, seen, kind = cells.height, cells.seen, cells.kind
     rows, cols = height.shape
     least = min(rules.down, rules.up) + allowed - _STICKY
-    for r in range(rows - offset[0]):
-        for c in range(max(-offset[1], 0), cols - max(offset[1], 0)):
-            i, j = r + offset[0], c + offset[1]
-            step = height[i, j] - height[r, c]
-            if abs(step) <= least or seen[r, c] < _SEEN or seen[i, j] < _SEEN:
-                continue
-            # The one that is farther from the chair's level lies behind the step.
-            if abs(height[r, c] - level) > abs(height[i, j] - level):
-                i, j, step = r, c, -step
-            sticky = _STICKY if before[i, j] >= LOWER else 0.0
-            if -step > rules.down + allowed - sticky:
-                kind[i, j] = LOWER
-                continue
-            if step > rules.up + allowed - sticky and kind[i, j] != LOWER:
-                kind[i, j] = OBJECT if _is_tall(cells, i, j) else HIGHER
+    for block in np.ndindex(uneven.shape):
+        if not uneven[block]:
+            continue
+        first, left = block[0] * _BLOCK, max(block[1] * _BLOCK, -offset[1])
+        right = min((block[1] + 1) * _BLOCK, cols - max(offset[1], 0))
+        for r in range(first, min(first + _BLOCK, rows - offset[0])):
+            for c in range(left, right):
+                i, j = r + offset[0], c + offset[1]
+                step = height[i, j] - height[r, c]
+                if abs(step) <= least or seen[r, c] < _SEEN or seen[i, j] < _SEEN:
+                    continue
+                # The one that is farther from the chair's level lies behind the step.
+                if abs(height[r, c] - level) > abs(height[i, j] - level):
+                    i, j, step = r, c, -step
+                sticky = _STICKY if before[i, j] >= LOWER else 0.0
+                if -step > rules.down + allowed - sticky:
+                    kind[i, j] = LOWER
+                elif step > rules.up + allowed - sticky and kind[i, j] != LOWER:
+                    kind[i, j] = OBJECT if _is_tall(cells, i, j) else HIGHER
 
 
 @callee()
@@ -352,15 +376,36 @@ def _is_tall(cells: GroundCells, r: int, c: int) -> bool:
 
 
 @callee()
-def _floor_beside(cells: GroundCells, r: int, c: int, otherwise: float) -> float:
-    """Highest floor seen near a cell; ``otherwise`` without any, m."""
+def _mark_passed(
+    cells: GroundCells, before: Bytes, chair: Floats, level: float, rules: GroundRules
+) -> None:
+    """Mark unseen cells that rays passed below the floor near them, or below the chair's slope."""
     rows, cols = cells.height.shape
-    best = -np.inf
-    for i in range(max(r - _NEAR, 0), min(r + _NEAR + 1, rows)):
-        for j in range(max(c - _NEAR, 0), min(c + _NEAR + 1, cols)):
-            if cells.kind[i, j] == FLOOR and cells.tall[i, j] == 0:
-                best = max(best, cells.height[i, j])
-    return best if best > -np.inf else otherwise
+    top, bottom, left, right = rows, -1, cols, -1
+    for r in range(rows):
+        for c in range(cols):
+            if cells.kind[r, c] == UNSEEN and cells.passed[r, c] >= _SEEN:
+                top, bottom = min(top, r), max(bottom, r)
+                left, right = min(left, c), max(right, c)
+    floor = np.full((rows, max(right - left + 1, 0)), -np.inf)
+    for r in range(max(top - _NEAR, 0), min(bottom + _NEAR + 1, rows)):
+        for c in range(left, right + 1):
+            for j in range(max(c - _NEAR, 0), min(c + _NEAR + 1, cols)):
+                if cells.kind[r, j] == FLOOR and cells.tall[r, j] == 0:
+                    floor[r, c - left] = max(floor[r, c - left], cells.height[r, j])
+    for r in range(top, bottom + 1):
+        for c in range(left, right + 1):
+            if cells.kind[r, c] != UNSEEN or cells.passed[r, c] < _SEEN:
+                continue
+            beside = -np.inf
+            for i in range(max(r - _NEAR, 0), min(r + _NEAR + 1, rows)):
+                beside = max(beside, floor[i, c - left])
+            if beside == -np.inf:
+                x, y = (c + 0.5) * rules.resolution, (r + 0.5) * rules.resolution
+                beside = level - rules.slope * math.hypot(x - chair[0], y - chair[1])
+            sticky = _STICKY if before[r, c] == LOWER else 0.0
+            if cells.bound[r, c] < beside - rules.down + sticky:
+                cells.kind[r, c] = LOWER
 
 
 @callee()
@@ -370,10 +415,16 @@ def _close_gaps(kind: Bytes) -> None:
     So does the cell before an edge: a return just before it may come from just behind it.
     """
     rows, cols = kind.shape
+    top, bottom, left, right = rows, -1, cols, -1
+    for r in range(rows):
+        for c in range(cols):
+            if kind[r, c] == LOWER:
+                top, bottom = min(top, r), max(bottom, r)
+                left, right = min(left, c), max(right, c)
     for k in range(_NEAR):
         found = kind.copy()
-        for r in range(1, rows - 1):
-            for c in range(1, cols - 1):
+        for r in range(max(top - k - 1, 1), min(bottom + k + 2, rows - 1)):
+            for c in range(max(left - k - 1, 1), min(right + k + 2, cols - 1)):
                 if found[r, c] == UNSEEN or (k == 0 and found[r, c] == FLOOR):
                     for m in range(_BESIDE.shape[0]):
                         if found[r + _BESIDE[m, 0], c + _BESIDE[m, 1]] == LOWER:
@@ -382,25 +433,36 @@ def _close_gaps(kind: Bytes) -> None:
 
 
 @njit(**CACHED)
-def stand_on(cells: GroundCells, discs: Floats, level: float, resolution: float) -> None:
-    """Count unseen cells under a chair that stands there as floor, in place.
+def stand_on(
+    cells: GroundCells, wheels: Floats, pose: Floats, around: float, level: float, resolution: float
+) -> None:
+    """Count unseen cells between the wheels of a chair as floor, in place.
 
     Args:
         cells: of the map.
-        discs: (n, 3) of (x, y, radius) in the window's frame, m.
+        wheels: (k, 2), their places in the robot frame, m.
+        pose: (3,) in the window's frame.
+        around: radius of a circle about the axle that counts as well, m.
         level: height of the floor, m.
         resolution: side of a cell, m.
     """
     rows, cols = cells.height.shape
-    for k in range(discs.shape[0]):
-        x, y, radius = discs[k, 0], discs[k, 1], discs[k, 2]
-        for r in range(int((y - radius) / resolution), int((y + radius) / resolution) + 1):
-            for c in range(int((x - radius) / resolution), int((x + radius) / resolution) + 1):
-                if not (0 <= r < rows and 0 <= c < cols) or cells.seen[r, c] > 0:
-                    continue
-                away = math.hypot((c + 0.5) * resolution - x, (r + 0.5) * resolution - y)
-                if away <= radius:
-                    cells.height[r, c], cells.seen[r, c] = level, 1
+    x0, x1 = wheels[:, 0].min(), wheels[:, 0].max()
+    y0, y1 = wheels[:, 1].min(), wheels[:, 1].max()
+    far = max(around, math.hypot(max(-x0, x1), max(-y0, y1)))
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    for r in range(
+        max(int((pose[1] - far) / resolution), 0), min(int((pose[1] + far) / resolution) + 1, rows)
+    ):
+        for c in range(
+            max(int((pose[0] - far) / resolution), 0),
+            min(int((pose[0] + far) / resolution) + 1, cols),
+        ):
+            dx, dy = (c + 0.5) * resolution - pose[0], (r + 0.5) * resolution - pose[1]
+            x, y = cos * dx + sin * dy, cos * dy - sin * dx
+            between = x0 <= x <= x1 and y0 <= y <= y1
+            if cells.seen[r, c] == 0 and (between or math.hypot(dx, dy) <= around):
+                cells.height[r, c], cells.seen[r, c] = level, 1
 
 
 @njit(**CACHED)

@@ -61,7 +61,7 @@ _MOST_EDGES = 20_000
 class GroundParameters(Model):
     """Parameters of the ground map; assumed."""
 
-    side: float = Field(9.0, gt=1.0, le=100.0)
+    side: float = Field(8.0, gt=1.0, le=100.0)
     """Side of the square window, m."""
     reach: float = Field(4.0, gt=0.5, le=50.0)
     """Distance from the chair up to which returns count, m."""
@@ -156,8 +156,10 @@ def update_ground(
         return ground
     pose = usable[-1][1]
     corner = window_corner(grid, pose[:2], p.side)
-    rolled = _rolled(ground or _empty(grid, robot, corner, pose, p), corner)
-    return _with_sweeps(rolled, usable, grid, robot, rules_of(robot, grid.resolution, p))
+    known = ground or _empty(grid, robot, corner, pose, p)
+    cells = _rolled(known, corner)
+    rules = rules_of(robot, grid.resolution, p)
+    return _with_sweeps(replace(known, corner=corner), cells, usable, grid, robot, rules)
 
 
 def rules_of(robot: Robot, resolution: float, parameters: GroundParameters) -> GroundRules:
@@ -205,14 +207,14 @@ def known_floor(
 
 def _with_sweeps(
     ground: GroundMap,
+    cells: GroundCells,
     sweeps: list[tuple[PointCloud, Floats]],
     grid: OccupancyGrid,
     robot: Robot,
     rules: GroundRules,
 ) -> GroundMap:
-    """Add sweeps with their poses (3,)."""
+    """Add sweeps with their poses (3,) to cells that may be changed."""
     X_WM, X_GM = window_from_map(grid, ground.corner), inverse(grid.X_MG)
-    cells = _copied(ground.cells)
     tilt, place = ground.tilt.copy(), ground.place
     for cloud, pose in sweeps:
         rotation, origin = placed(compose(X_WM, pose), cloud.mount)
@@ -220,9 +222,8 @@ def _with_sweeps(
         # The plane that is expected here: the chair has moved along it.
         tilt[0] += tilt[1:] @ (place - last)
         tilt = add_sweep(cells, cloud.points, rotation, origin, chair, tilt, rules)
-    discs = robot.discs.copy()
-    discs[:, :2] = transform(compose(X_WM, sweeps[-1][1]), discs[:, :2])
-    stand_on(cells, discs, -float(tilt[0]), grid.resolution)
+    X_WR = compose(X_WM, sweeps[-1][1])
+    stand_on(cells, robot.wheels, X_WR, 0.0, -float(tilt[0]), grid.resolution)
     changed = update_kinds(cells, chair, -float(tilt[0]), rules)
     for array in cells:
         array.flags.writeable = False
@@ -258,9 +259,9 @@ def _empty(
     n = cells_a_side(grid, parameters.side)
     heights, counts = np.zeros((n, n), dtype=np.float32), np.zeros((n, n), dtype=np.uint8)
     cells = _copied(GroundCells(heights, counts, heights, counts, counts, counts))
-    middle = transform(window_from_map(grid, corner), pose[:2])
+    X_WR = compose(window_from_map(grid, corner), pose)
     turn = robot.circumscribed_radius + 2.0 * grid.resolution
-    stand_on(cells, np.array([[*middle, turn]]), 0.0, grid.resolution)
+    stand_on(cells, robot.wheels, X_WR, turn, 0.0, grid.resolution)
     return GroundMap(
         corner=corner,
         **cells._asdict(),
@@ -270,11 +271,12 @@ def _empty(
     )
 
 
-def _rolled(ground: GroundMap, corner: Integers) -> GroundMap:
-    """Move the window to ``corner``; of cells that leave it only the edges are remembered."""
-    if corner.tolist() == ground.corner.tolist():
-        return ground
-    shift, old = corner - ground.corner, ground.cells
+def _rolled(ground: GroundMap, corner: Integers) -> GroundCells:
+    """New cells in a window from ``corner``; of those that leave it only edges are remembered."""
+    shift = corner - ground.corner
+    if not shift.any():
+        return _copied(ground.cells)
+    old = ground.cells
     cells = GroundCells(
         height=shifted(old.height, shift),
         seen=shifted(old.seen, shift),
@@ -283,11 +285,11 @@ def _rolled(ground: GroundMap, corner: Integers) -> GroundMap:
         tall=shifted(old.tall, shift),
         kind=shifted(old.kind, shift),
     )
+    for array in cells:
+        array.flags.writeable = True
     # Edges that come back hold until floor is seen there: no ray has passed so low.
     back = ground.edges.cells - corner
     back = back[_within(back, cells.kind.shape)]
     back = back[cells.kind[back[:, 0], back[:, 1]] == UNSEEN]
-    bound, passed = cells.bound.copy(), cells.passed.copy()
-    bound[back[:, 0], back[:, 1]], passed[back[:, 0], back[:, 1]] = -np.inf, 255
-    cells = cells._replace(bound=bound, passed=passed)
-    return replace(ground, **cells._asdict(), corner=corner)
+    cells.bound[back[:, 0], back[:, 1]], cells.passed[back[:, 0], back[:, 1]] = -np.inf, 255
+    return cells
