@@ -93,6 +93,7 @@ class Still:
             max_speed=1.0,
             max_acceleration=1.0,
             max_turn_rate=1.0,
+            sees_floor=True,
         )
         return SceneInfo(
             name="empty", description="", simulation=True, seed=0, floor=floor, places=(),

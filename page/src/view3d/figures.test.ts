@@ -19,6 +19,7 @@ const CHAIR: ChairInfo = {
   max_speed: 1,
   max_acceleration: 1,
   max_turn_rate: 1,
+  sees_floor: false,
 };
 
 const person = (more: Partial<PersonInfo> = {}): PersonInfo => ({

@@ -20,6 +20,8 @@ from cohelm.cli.requests import DriveRequest
 from cohelm.live import Drive, DriveSetup
 from cohelm.live.messages import Role
 from cohelm.live.sessions.timeline import timeline_of_recording
+from cohelm.robots import NO_DROP_PROTECTION
+from cohelm.scenarios.scenario import robot_of
 from cohelm.web.certificate import Tls, own_certificate
 from cohelm.web.origins import VIEWER_PATH, address, is_loopback, names_of
 from cohelm.web.page_files import BuiltPage, read_page
@@ -143,6 +145,8 @@ def _print_addresses(
     if viewers:
         query = "" if driver is None else f"?token={driver}"
         lines.append(f"  Foxglove   {base.replace('http', 'ws', 1)}{VIEWER_PATH}{query}")
+    if not robot_of(setup.scenario).sees_floor:
+        lines.append(f"  {NO_DROP_PROTECTION}")
     if tls is not None:
         lines.append(f"  certificate, SHA-256  {tls.fingerprint()}")
     if driver is not None:

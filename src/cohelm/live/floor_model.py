@@ -102,6 +102,7 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
             max_speed=robot.max_speed,
             max_acceleration=robot.max_acceleration,
             max_turn_rate=robot.max_turn_rate,
+            sees_floor=robot.sees_floor,
         ),
         modes=MODES,
     )

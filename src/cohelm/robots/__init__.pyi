@@ -7,6 +7,7 @@ from .kinematics import (
     move,
 )
 from .robot import (
+    NO_DROP_PROTECTION,
     BlindSector,
     CloudMount,
     DepthCameraMount,
@@ -18,6 +19,7 @@ from .robot import (
 )
 
 __all__ = [
+    "NO_DROP_PROTECTION",
     "BlindSector",
     "CloudMount",
     "DepthCameraMount",

@@ -209,6 +209,8 @@ def _check_reach(least: float, most: float) -> None:
         raise ValueError("range_min must be less than range_max")
 
 
+NO_DROP_PROTECTION = "no drop protection: no sensor of it sees stairs, kerbs and edges of the floor"
+"""What is said of a robot that does not see the floor."""
 _FARTHEST_CORNER = 5.0
 _THINNEST = 0.05
 _TIGHTEST = 0.1  # m, curves of a robot whose axle lies at its edge
@@ -323,6 +325,11 @@ class Robot(Model):
     def cloud_mounts(self) -> tuple[CloudMount, ...]:
         """All mounts of point cloud sensors, LiDARs first."""
         return (*self.lidars, *self.depth_cameras)
+
+    @property
+    def sees_floor(self) -> bool:
+        """True if a sensor can see edges of the floor; planar scanners cannot."""
+        return bool(self.cloud_mounts)
 
     @cached_property
     def outline(self) -> Floats:

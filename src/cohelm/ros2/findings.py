@@ -13,7 +13,7 @@ from cohelm.geometry import compose, transform
 from cohelm.maps import DistanceField, OccupancyGrid
 from cohelm.messages import Scan
 from cohelm.recordings.transforms import name
-from cohelm.robots import Robot
+from cohelm.robots import NO_DROP_PROTECTION, Robot
 from cohelm.ros2.clocks import RobotClock
 from cohelm.ros2.inputs import Inputs, TopicStatistics
 from cohelm.ros2.parameters import Ros2Parameters
@@ -347,4 +347,7 @@ def check_sensors(
                     f"write pose: [{scan.mount[0]:.2f}, {scan.mount[1]:.2f}, {scan.mount[2]:.2f}]",
                 )
             )
-    return out or [CheckFinding(True, "robot file", robot.name)]
+    out = out or [CheckFinding(True, "robot file", robot.name)]
+    if not robot.sees_floor:
+        out.append(CheckFinding(True, "floor", NO_DROP_PROTECTION))
+    return out

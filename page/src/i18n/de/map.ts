@@ -40,5 +40,6 @@ export const map = {
   "ring.door": "eine geschlossene Tür",
   "ring.object": "ein Hindernis",
   "ring.title": "Was die Bögen bedeuten",
+  "floor.notSeen": "Dieser Rollstuhl sieht keine Treppen, Stufen und Kanten.",
   "ring.first": "Bögen um den Rollstuhl: dünn und orange heißt eng, dick und rot heißt versperrt.",
 } as const;

@@ -40,5 +40,6 @@ export const map = {
   "ring.door": "a shut door",
   "ring.object": "an obstacle",
   "ring.title": "What the arcs mean",
+  "floor.notSeen": "This chair does not see stairs, kerbs and edges.",
   "ring.first": "Arcs around the chair: a thin orange one is narrow, a thick red one is blocked.",
 } as const;

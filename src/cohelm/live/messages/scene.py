@@ -74,6 +74,8 @@ class ChairInfo(WireMessage):
     """m/s²."""
     max_turn_rate: float
     """rad/s."""
+    sees_floor: bool
+    """False: nothing protects it from stairs, kerbs and edges."""
 
 
 MIN_SPEED_LIMIT = 0.1
