@@ -70,7 +70,7 @@ def test_a_planar_scanner_sees_no_edge():
 
 
 def test_a_step_that_the_chair_can_take_holds_nobody():
-    ride = run(towards({"height": -0.02}, "shared"), 0)
+    ride = run(towards({"height": -0.02}, "shared", time_limit=20), 0)
     assert ride.outcome is Outcome.REACHED
 
 

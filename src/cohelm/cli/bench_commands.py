@@ -48,6 +48,10 @@ BENCHES = {
         "cohelm.benchmarks.rides.doorways",
         "Narrow doorways among people with hands of all kinds: who gets through.",
     ),
+    "edges": (
+        "cohelm.benchmarks.rides.edges",
+        "Edges of the floor: falls, and stops where there is none.",
+    ),
     "faults": (
         "cohelm.benchmarks.rides.faults",
         "Faults of sensors, wheels and stick: detected, stopped, contacts; false alarms.",

@@ -12,6 +12,7 @@ from cohelm.navigation.floor import within_known_floor
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.tick import StepInput
 from cohelm.navigation.world_model import WorldModel
+from cohelm.perception.ground.ground_map import without_edges
 from cohelm.safety import gate, stop
 
 
@@ -65,7 +66,10 @@ def _with_cause(
     if barriers is not map_walls:
         without[Reason.KEEPOUT] = map_walls, world.live
     if world.floor is not None and len(world.floor.edges.cells):
-        without[Reason.EDGE_AHEAD] = barriers, world.layer.obstacles
+        without[Reason.EDGE_AHEAD] = (
+            barriers,
+            without_edges(world.layer.obstacles, world.floor.edges),
+        )
     for reason, (static, live) in without.items():
         walls = local_walls(setup.grid, static, live, world.openings.opened, position, setup.window)
         if gated(twist, step, world, walls).reason is not Reason.BLOCKED:

@@ -2,8 +2,8 @@
 
 Edges that the chair cannot take are obstacles to all stages. Floor that no sensor has seen, as
 behind an obstacle, behind the chair at the beginning, or where it returns nothing, is neither: the
-chair may creep onto it, and is slow enough to stop before it otherwise. Without LiDARs and depth
-cameras nothing is known of the floor, and nothing is limited.
+chair is slow enough to stop before it, may creep onto it forwards, where the rider looks, and not
+backwards. Without LiDARs and depth cameras nothing is known of the floor, and nothing is limited.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:
     twist = step.observation.twist if step.commanded is None else step.commanded
     if math.hypot(twist[0], twist[1]) < CREEPING:
         twist = np.array([math.copysign(_ALONG, twist[0]), 0.0, 0.0])
-    limit = allowed_speed(step, floor, twist)
+    limit = max(_stopping_speed(step, floor, twist), CREEPING)
     if limit >= step.request.speed_limit:
         return step
     return replace(step, request=replace(step.request, speed_limit=limit))
@@ -60,23 +60,24 @@ def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | N
     if floor is None or step.request.mode is Mode.MANUAL or not twist.any():
         return decision
     speed = float(_point_speeds(step.setup.robot, twist).max())
-    limit = allowed_speed(step, floor, twist)
+    limit = _stopping_speed(step, floor, twist)
+    if twist[0] >= 0.0:
+        limit = max(limit, CREEPING)
     if speed <= limit + 1e-9:
         slow = limit <= CREEPING and decision.reason in {None, Reason.OVER_LIMITS}
         return replace(decision, reason=Reason.FLOOR_UNSEEN) if slow else decision
     return replace(decision, twist=twist * (limit / speed), reason=Reason.FLOOR_UNSEEN)
 
 
-def allowed_speed(step: StepInput, floor: GroundMap, twist: Floats) -> float:
-    """Maximum speed of the outermost wheel along a motion (3,), m/s.
+def _stopping_speed(step: StepInput, floor: GroundMap, twist: Floats) -> float:
+    """Speed of the outermost wheel along a motion (3,), m/s, from which the chair can stop in time.
 
     Braking after the reaction ends before the first cell that was never seen.
     """
     setup = step.setup
     way = known_floor(floor, setup.grid, setup.robot.wheels, step.observation.pose, twist)
     brake = setup.robot.max_deceleration
-    stops = math.hypot(brake * _REACTION, math.sqrt(2.0 * brake * way)) - brake * _REACTION
-    return max(stops, CREEPING)
+    return math.hypot(brake * _REACTION, math.sqrt(2.0 * brake * way)) - brake * _REACTION
 
 
 def _point_speeds(robot: Robot, twist: Floats) -> Floats:

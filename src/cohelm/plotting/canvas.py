@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap, ListedColormap
+from matplotlib.colors import LinearSegmentedColormap, ListedColormap, to_rgba
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from matplotlib.patheffects import withStroke
@@ -22,6 +22,7 @@ from cohelm.errors import ConfigError
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid, Places
 from cohelm.robots import Robot
+from cohelm.simulation.sensors.floor_relief import FLAT, FloorCells, FloorRelief, floor_cells
 
 INK = "#1d2530"
 FREE = "#ffffff"
@@ -37,6 +38,9 @@ HULL = (0, (5, 2))
 CHAIR = "#1d2530"
 WISH = "#c2185b"
 UNMAPPED = "#b5651d"
+LOWER_FLOOR, HIGHER_FLOOR, DARK_FLOOR = "#3b6fb6", "#c79a3a", "#3a3a3a"
+STRONGLY_TINTED = 0.3
+"""Height from which floor has its full tint, m."""
 ETA = LinearSegmentedColormap.from_list("eta", ["#ffb238", "#e0523f", "#8e2464", "#2b1450"])
 """Authority from the chair (light) to the rider (dark); luminance falls monotonically."""
 
@@ -141,8 +145,16 @@ def around(points: Floats, grid: OccupancyGrid, margin: float) -> tuple[float, f
     )
 
 
-def draw_floor(axes: Axes, grid: OccupancyGrid, world: OccupancyGrid | None = None) -> None:
-    """Draw the map, unknown cells grey, obstacles that only ``world`` has in their own colour."""
+def draw_floor(
+    axes: Axes,
+    grid: OccupancyGrid,
+    world: OccupancyGrid | None = None,
+    relief: FloorRelief = FLAT,
+) -> None:
+    """Draw the map, unknown cells grey, obstacles that only ``world`` has in their own colour.
+
+    Floor that is not level is tinted, the more the farther it is from height 0.
+    """
     kind = np.where(grid.data < 0, 2, np.where(grid.occupied(), 1, 0))
     if world is not None:
         kind = np.where(world.occupied() & ~grid.occupied(), 3, kind)
@@ -160,7 +172,31 @@ def draw_floor(axes: Axes, grid: OccupancyGrid, world: OccupancyGrid | None = No
         interpolation="nearest",
         zorder=0,
     )
+    _tint_heights(axes, floor_cells(relief, grid), to_map)
     axes.set(xlim=window[:2], ylim=window[2:])
+
+
+def _tint_heights(axes: Axes, floor: FloorCells | None, to_map: Affine2D) -> None:
+    """Tint floor that lies lower or higher, or that no sensor sees, and name the tints."""
+    if floor is None:
+        return
+    tint = np.zeros((*floor.heights.shape, 4))
+    kinds = {
+        LOWER_FLOOR: (floor.heights < 0.0, "lower floor"),
+        HIGHER_FLOOR: (floor.heights > 0.0, "higher floor"),
+        DARK_FLOOR: (floor.dark, "floor that returns nothing"),
+    }
+    strength = np.clip(np.abs(floor.heights) / STRONGLY_TINTED, 0.25, 1.0)
+    for colour, (where, label) in kinds.items():
+        if where.any():
+            tint[where] = to_rgba(colour)
+            tint[where, 3] = 0.5 * np.where(floor.dark, 1.0, strength)[where]
+            axes.plot([], [], "s", color=to_rgba(colour, 0.5), markersize=9, label=label)
+    width, height = floor.grid.size
+    axes.imshow(
+        tint, origin="lower", extent=(0.0, width, 0.0, height), interpolation="nearest",
+        transform=to_map + axes.transData, zorder=0.3,
+    )  # fmt: skip
 
 
 def draw_places(axes: Axes, places: Places, avoid: Floats) -> None:

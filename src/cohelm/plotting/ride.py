@@ -19,6 +19,7 @@ from cohelm.maps import OccupancyGrid, Places
 from cohelm.navigation import Tick
 from cohelm.plotting import canvas
 from cohelm.robots import Robot
+from cohelm.simulation import FloorRelief
 from cohelm.social.outlines import group_outlines, space_outline
 
 
@@ -32,6 +33,10 @@ class DrawnRide(Protocol):
     @property
     def world(self) -> OccupancyGrid:
         """True obstacles, on the same cells."""
+
+    @property
+    def relief(self) -> FloorRelief:
+        """Heights of the floor."""
 
     @property
     def places(self) -> Places:
@@ -98,7 +103,7 @@ def draw_ride(ride: DrawnRide, file: Path, title: str = "") -> None:
     """
     canvas.check_picture(file)
     figure, axes = canvas.sheet(ride_window(ride), title)
-    canvas.draw_floor(axes, ride.grid, ride.world)
+    canvas.draw_floor(axes, ride.grid, ride.world, ride.relief)
     canvas.draw_places(axes, ride.places, marks(ride))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)

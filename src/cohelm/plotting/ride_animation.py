@@ -68,7 +68,7 @@ def _frames(ride: DrawnRide, title: str, moments: Iterable[int], width: int) -> 
     """Draw RGB images (height, width, 3) of some instants, the static parts once."""
     figure, axes = canvas.sheet(ride_window(ride), title, min(width / DENSITY, canvas.LARGEST[0]))
     figure.set_dpi(width / figure.get_figwidth())
-    canvas.draw_floor(axes, ride.grid, ride.world)
+    canvas.draw_floor(axes, ride.grid, ride.world, ride.relief)
     canvas.draw_places(axes, ride.places, marks(ride))
     if ride.path is not None:
         canvas.draw_route(axes, ride.path.points, ride.path.without_wishes)

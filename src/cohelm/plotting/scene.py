@@ -30,7 +30,7 @@ from cohelm.planning.costmap.patch import INSCRIBED, MAX_GRADED
 from cohelm.planning.path_measures import poses_along
 from cohelm.plotting import canvas
 from cohelm.robots import Robot
-from cohelm.simulation import Crowd
+from cohelm.simulation import Crowd, FloorRelief
 
 KEEPOUT = "#6a3d9a"
 SLOW = "#2f7fc1"
@@ -312,6 +312,10 @@ class SceneRecord(Protocol):
         """True obstacles at any time, on the same cells."""
 
     @property
+    def relief(self) -> FloorRelief:
+        """Heights of the floor."""
+
+    @property
     def robot(self) -> Robot:
         """The chair."""
 
@@ -351,7 +355,7 @@ def draw_scene(scene: SceneRecord, file: Path, title: str = "") -> None:
     ]
     window = canvas.around(np.concatenate(points), scene.grid, margin=1.5)
     figure, axes = canvas.sheet(window, title)
-    canvas.draw_floor(axes, scene.grid, scene.world)
+    canvas.draw_floor(axes, scene.grid, scene.world, scene.relief)
     draw_zones(axes, scene.wishes)
     draw_strokes(axes, scene.wishes)
     for line in scene.rider_routes:

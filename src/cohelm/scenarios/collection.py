@@ -20,6 +20,7 @@ class Collection(StrEnum):
     CHANGING = "changing"
     SHARING = "sharing"
     DOORWAYS = "doorways"
+    FLOORS = "floors"
 
     @property
     def heading(self) -> str:
@@ -39,4 +40,5 @@ _HEADINGS = {
     Collection.CHANGING: "Obstacles and doors that are not on the map",
     Collection.SHARING: "Knowledge split between rider and chair",
     Collection.DOORWAYS: "Narrow places",
+    Collection.FLOORS: "Floors with edges, steps and slopes",
 }

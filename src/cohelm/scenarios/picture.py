@@ -11,7 +11,7 @@ from cohelm.messages import Wish
 from cohelm.robots import Robot
 from cohelm.scenarios.build import RideSetup
 from cohelm.scenarios.floor import with_obstacles
-from cohelm.simulation import Crowd
+from cohelm.simulation import Crowd, FloorRelief
 
 
 @value
@@ -21,6 +21,8 @@ class ScenarioPicture:
     grid: OccupancyGrid
     world: OccupancyGrid
     """Grid with all obstacles that are not on the map, and all scheduled doors closed."""
+    relief: FloorRelief
+    """Heights of the floor."""
     robot: Robot
     start: Annotated[Floats, Shape("3")]
     route: Route
@@ -37,6 +39,7 @@ def picture_of(setup: RideSetup) -> ScenarioPicture:
     return ScenarioPicture(
         grid=setup.grid,
         world=with_obstacles(setup.world.grid, (*scenario.obstacles, *doors)),
+        relief=setup.world.relief,
         robot=setup.robot,
         start=setup.start,
         route=setup.route,

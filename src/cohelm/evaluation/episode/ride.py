@@ -11,7 +11,8 @@ from cohelm.messages import Path, Reason
 from cohelm.navigation import PlanReason, Tick
 from cohelm.robots import Robot
 from cohelm.scenarios.scenario import Scenario
-from cohelm.simulation import WorldSetup, is_standing
+from cohelm.simulation import FloorRelief, WorldSetup, is_standing
+from cohelm.simulation.sensors.floor_relief import FLAT
 
 GOAL_RADIUS = 0.2
 """Distance from the goal at which it is reached, m."""
@@ -123,6 +124,11 @@ class Ride:
     """Tick with the smallest gap to a person."""
     durations: Mapping[str, Floats]
     """Thread CPU time of each tick, s, (k,): by stage, and their sum as ``tick``."""
+
+    @property
+    def relief(self) -> FloorRelief:
+        """Heights of the floor; level where they are not known."""
+        return FLAT if self.setup is None else self.setup.relief
 
     @property
     def standing(self) -> Booleans:

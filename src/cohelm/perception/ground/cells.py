@@ -36,11 +36,15 @@ _BLOCK = 16
 """Side of the blocks in which steps are looked for, cells: no offset is longer."""
 _NEAR = 4
 """Distance in cells within which floor vouches for an unseen cell beside it."""
+_LONG, _STRAIGHT = 16, 0.02
+"""Cells over which a slope is measured, and how far its middle may be off, m."""
 _SEEN = 2
 """Sweeps that must have seen a cell before its height counts as a step."""
 _LAYER = 0.06
 """The floor of a cell is the mean of its returns up to this height over the lowest one, m; more
 than noise, or the map would sink."""
+_LEVEL, _HIGH = 0.02, 0.3
+"""Returns at most this far from the chair's plane are floor on it, for sensors this high, m."""
 _STRIDE = 0.5
 """Step along a ray below the floor, cells."""
 _STICKY = 0.01
@@ -126,7 +130,7 @@ def add_sweep(
 def _in_window(
     points: Floats32, rotation: Floats, origin: Floats, chair: Floats, rules: GroundRules
 ) -> Floats:
-    """Returns (m, 3) within reach and not too high, in the window's frame."""
+    """Returns (m, 3) not too high and within reach, or low, in the window's frame."""
     out = np.empty((points.shape[0], 3))
     count, r = 0, rotation
     for i in range(points.shape[0]):
@@ -137,6 +141,11 @@ def _in_window(
         x = origin[0] + r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
         y = origin[1] + r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
         away = math.hypot(x - chair[0], y - chair[1])
+        if abs(z) < _LEVEL and origin[2] > _HIGH:
+            # By its noise alone, a return that is too far lies too low and in a later cell, where
+            # there may be no other one: it counts where its ray meets the plane.
+            along = z / (origin[2] - z)
+            x, y = x + along * (x - origin[0]), y + along * (y - origin[1])
         if z < rules.top and (away <= rules.reach or z < -rules.dip):
             out[count, 0], out[count, 1], out[count, 2] = x, y, z
             count += 1
@@ -157,6 +166,8 @@ def _fitted(
         A, b = np.zeros((3, 3)), np.zeros(3)
         for i in range(low.shape[0]):
             x, y = low[i, 0] - chair[0], low[i, 1] - chair[1]
+            if math.hypot(x, y) > rules.reach:
+                continue
             c, r = int(low[i, 0] / rules.resolution), int(low[i, 1] / rules.resolution)
             if not (0 <= r < rows and 0 <= c < cols) or low[i, 0] < 0.0 or low[i, 1] < 0.0:
                 continue
@@ -214,6 +225,8 @@ def _add_floor(
             continue
         over = low[i, 2] + tilt[0]
         away = math.hypot(low[i, 0] - chair[0], low[i, 1] - chair[1])
+        if away > rules.reach:  # only low ones are given
+            continue
         cell[i], high[i] = r * cols + c, over > rules.tall + rules.slope * away
         if high[i]:
             cells.tall[r, c] = rules.lasting + 1
@@ -294,10 +307,7 @@ def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundR
             kind[r, c] = FLOOR if cells.seen[r, c] > 0 else UNSEEN
     uneven = _uneven_blocks(cells, min(rules.down, rules.up) - _STICKY)
     for k in range(_STEPS.shape[0]):
-        # A step is no longer than a few cells; farther apart, floor may slope between them.
-        away = max(abs(_STEPS[k, 0]), abs(_STEPS[k, 1]))
-        allowed = rules.slope * max(away - _NEAR, 0) * rules.resolution
-        _mark_steps(cells, before, uneven, (_STEPS[k, 0], _STEPS[k, 1]), level, allowed, rules)
+        _mark_steps(cells, before, uneven, (_STEPS[k, 0], _STEPS[k, 1]), level, rules)
     _mark_passed(cells, before, chair, level, rules)
     _close_gaps(kind)
     changed = 0
@@ -336,12 +346,17 @@ def _mark_steps(
     uneven: Booleans,
     offset: tuple[int, int],
     level: float,
-    allowed: float,
     rules: GroundRules,
 ) -> None:
-    """Compare all cells with those at an offset, and mark what lies behind a step."""
+    """Compare all cells with those at an offset, and mark what lies behind a step or a steep slope.
+
+    A step is no longer than a few cells. Cells farther apart have one between them only where
+    nothing was seen between them; where their middle was seen, halfway up, they show the slope.
+    """
     height, seen, kind = cells.height, cells.seen, cells.kind
     rows, cols = height.shape
+    away = max(abs(offset[0]), abs(offset[1]))
+    allowed = rules.slope * max(away - _NEAR, 0) * rules.resolution
     least = min(rules.down, rules.up) + allowed - _STICKY
     for block in np.ndindex(uneven.shape):
         if not uneven[block]:
@@ -354,6 +369,11 @@ def _mark_steps(
                 step = height[i, j] - height[r, c]
                 if abs(step) <= least or seen[r, c] < _SEEN or seen[i, j] < _SEEN:
                     continue
+                y, x = (r + i) // 2, (c + j) // 2
+                if away > _NEAR and seen[y, x] >= _SEEN:
+                    off = height[y, x] - 0.5 * (height[r, c] + height[i, j])
+                    if away < _LONG or abs(off) > _STRAIGHT:
+                        continue
                 # The one that is farther from the chair's level lies behind the step.
                 if abs(height[r, c] - level) > abs(height[i, j] - level):
                     i, j, step = r, c, -step
@@ -491,7 +511,8 @@ def known_way(
         fastest = max(fastest, math.hypot(vx, vy))
     if fastest < 1e-9:
         return reach
-    dt = resolution / fastest
+    stride = 0.2 * resolution  # a way that fell cell by cell would ask for hard braking
+    dt = stride / fastest
     x, y, angle, way = pose[0], pose[1], pose[2], 0.0
     while way < reach:
         middle = angle + 0.5 * dt * twist[2]
@@ -508,5 +529,5 @@ def known_way(
                 return way
             if cells.seen[r, c] == 0 and cells.kind[r, c] == UNSEEN and cells.tall[r, c] == 0:
                 return way
-        way += resolution
+        way += stride
     return reach

@@ -15,6 +15,7 @@ from functools import lru_cache
 
 import numpy as np
 from pydantic import Field
+from scipy.ndimage import maximum_filter
 
 from cohelm.arrays import (
     Annotated,
@@ -54,6 +55,8 @@ _LEAST_STEP = 0.025
 """Smaller steps are not told from noise, m."""
 _FARTHEST = 2.5
 """Way ahead of the chair for which floor is looked for, m: more than it stops in."""
+_BESIDE_EDGES = 8
+"""Distance in cells from an edge within which the obstacle layer shows parts of it."""
 _MOST_EDGES = 20_000
 """Maximum number of remembered cells; the oldest are dropped first."""
 
@@ -167,7 +170,8 @@ def rules_of(robot: Robot, resolution: float, parameters: GroundParameters) -> G
     p = parameters
     return GroundRules(
         down=max(robot.max_step_down - p.margin, _LEAST_STEP),
-        up=max(robot.max_step_up - p.margin, _LEAST_STEP),
+        # A bump is no fall.
+        up=max(robot.max_step_up - 0.5 * p.margin, _LEAST_STEP),
         slope=math.tan(math.radians(robot.max_slope_deg)),
         resolution=resolution,
         reach=p.reach,
@@ -187,6 +191,16 @@ def with_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
     occupied[inside[:, 0], inside[:, 1]] = 1
     occupied.flags.writeable = False
     return replace(live, occupied=occupied, version=live.version + edges.version)
+
+
+def without_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
+    """Live obstacles without those at edges of the floor, whose faces and lower floor they show."""
+    cells = edges.cells - live.corner
+    inside = cells[_within(cells, live.occupied.shape)]
+    mask = np.zeros(live.occupied.shape, dtype=np.uint8)
+    mask[inside[:, 0], inside[:, 1]] = 1
+    occupied = live.occupied * (1 - maximum_filter(mask, size=2 * _BESIDE_EDGES + 1))
+    return replace(live, occupied=occupied, version=live.version + 1)
 
 
 def known_floor(
