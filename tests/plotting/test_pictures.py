@@ -14,6 +14,9 @@ from cohelm.planning import Inflation, RouteProblem, build_costmap
 from cohelm.plotting import PlanRecord, animate_ride, canvas, check_animation, draw_plan, draw_ride
 from cohelm.plotting import animation as film
 from cohelm.plotting.route_panels import RoutePanel, draw_error_plot, draw_route_panels
+from cohelm.simulation import FloorPiece, FloorRelief
+
+PIT = FloorPiece(at=np.array([12.0, 7.0]), size=np.array([1.0, 1.0]), angle=0.0, height=-0.5)
 
 
 @pytest.fixture
@@ -50,6 +53,7 @@ def ride(grid, route, chair):
     return SimpleNamespace(
         grid=grid,
         world=OccupancyGrid(data=data, resolution=0.1, X_MG=grid.X_MG),
+        relief=FloorRelief(pieces=(PIT,)),
         places=Places(places=(NamedPlace(name="Hall", point=[9.0, 9.0]),)),
         robot=chair,
         goal=np.array([14.0, 9.0]),
