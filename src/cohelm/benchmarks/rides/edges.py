@@ -35,6 +35,8 @@ TITLE = "Edges of the floor: falls, and stops where there is none"
 ROBOT = "quantum_q6_edge_lidar"
 PLATFORMS = ("planar", "twin")
 MODES = ("stop_only", "assisted", "shared")
+_TIME = (12, 30)
+"""Duration of a ride at most, before an edge and on a safe floor, s."""
 _STEEPEST = {"shaft": 30.0, "open ramp": 40.0}
 """Greatest angle to the normal of an edge that is short, degrees; else 80."""
 _X, _Y = 8.0, 7.0
@@ -236,7 +238,7 @@ def create(
     drawn = tuple(
         Variant(
             columns=(("kind", kind), ("hand", each)),
-            settings=(f"robot={ROBOT}", "time_limit=12", *HANDS[each]),
+            settings=(f"robot={ROBOT}", f"time_limit={_TIME[kind in SAFE]}", *HANDS[each]),
             scenario="empty",
             drawn=partial(draw, kind, each, robot),
         )
