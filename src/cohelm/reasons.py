@@ -59,7 +59,7 @@ class Reason(StrEnum):
     BLOCKED = "blocked", "Obstacle in the way. Stopped."
     KEEPOUT = "keepout", "No entry here. Stopped."
     EDGE_AHEAD = "edge_ahead", "A step or an edge in the floor. Stopped."
-    FLOOR_UNSEEN = "floor_unseen", "The floor ahead cannot be seen. Very slow."
+    FLOOR_UNSEEN = "floor_unseen", "Floor that cannot be seen. Very slow, and not backwards."
     # Local planner.
     STICK_BACK = (
         "stick_back",

@@ -12,7 +12,7 @@ from cohelm.navigation.obstacle_memory import (
     merge_obstacles,
     update_obstacle_memory,
 )
-from cohelm.perception import ObstacleLayerParameters, ObstacleLayerState
+from cohelm.perception import FloorEdges, ObstacleLayerParameters, ObstacleLayerState
 
 RULES = ObstacleLayerParameters()
 
@@ -63,3 +63,7 @@ def test_all_of_it_lies_in_one_window():
     assert everything.version == live.version
     assert merge_obstacles(live, memory) is everything
     assert merge_obstacles(replace(live), memory) is not everything
+    edges = FloorEdges(cells=np.array([[3, 40], [900, 4]]), version=1)
+    barred = merge_obstacles(live, memory, edges)
+    cells = np.argwhere(barred.occupied) + barred.corner
+    assert sorted(map(tuple, cells.tolist())) == [(3, 40), (12, 23), (15, 2), (900, 4)]

@@ -122,12 +122,15 @@ def test_without_clouds_nothing_is_known():
 
 
 def test_an_update_leaves_its_argument_as_it_was():
-    *_, maps = approach(beyond(-0.1), stop=1.0)
-    again = approach(beyond(-0.1), stop=1.0)[-1]
-    # an update in place would have changed the earlier maps
-    assert identical(maps, again)
-    assert all(not a.flags.writeable for a in maps[-1].cells)
-    assert maps[3].edges.version <= maps[-1].edges.version
+    ground, _, pose, _ = approach(beyond(-0.1), stop=1.0)
+    grid, rng = hall(), np.random.default_rng(5)
+    before = [each.copy() for each in ground.cells]
+    scene = StaticScene(grid=grid, ceiling=2.5)
+    clouds = tuple(scan_cloud(m, scene, NOBODY, pose, time=9.0, rng=rng) for m in CHAIR.lidars)
+    after = update_ground(ground, clouds, pose[None], grid, CHAIR)
+    assert identical(before, list(ground.cells))
+    assert not identical(before, list(after.cells))
+    assert not any(each.flags.writeable for each in after.cells)
 
 
 def test_a_chair_that_pitches_sees_no_edges():
@@ -160,16 +163,38 @@ def test_at_first_a_chair_knows_only_the_floor_on_which_it_could_turn():
     camera = CHAIR.depth_cameras[0]
     cloud = scan_cloud(camera, scene, NOBODY, pose, time=0.0, rng=rng)
     ground = update_ground(None, (cloud,), pose[None], grid, CHAIR)
-    ahead = known_floor(ground, grid, CHAIR.wheels, pose, np.array([0.5, 0.0, 0.0]))
-    back = known_floor(ground, grid, CHAIR.wheels, pose, np.array([-0.5, 0.0, 0.0]))
-    turn = known_floor(ground, grid, CHAIR.wheels, pose, np.array([0.0, 0.0, 0.5]))
+
+    def known(twist, **which):
+        return known_floor(ground, grid, CHAIR.wheels, pose, np.array(twist), **which)
+
+    ahead = known([0.5, 0.0, 0.0], seen=False)
+    back = known([-0.5, 0.0, 0.0], seen=False)
+    turn = known([0.0, 0.0, 0.5], seen=False)
     # the camera sees floor from 0.98 m on: a ring of it is known by nobody
     radius = CHAIR.circumscribed_radius + 0.1
     wheels = CHAIR.wheels[:, 0]
     assert ahead == pytest.approx(radius - wheels.max(), abs=0.1)
     assert back == pytest.approx(radius + wheels.min(), abs=0.1)
     assert turn == pytest.approx(2.5, abs=0.06)
-    assert known_floor(ground, grid, CHAIR.wheels, pose, np.zeros(3)) == 2.5
+    assert known([0.0, 0.0, 0.0]) == 2.5
+    # it has seen none of that
+    assert known([0.5, 0.0, 0.0]) < 0.05
+    assert known([-0.5, 0.0, 0.0]) < 0.05
+
+
+def test_floor_that_was_assumed_does_not_hold_against_rays_that_pass_below_it():
+    pose = np.array([EDGE - 0.7, 3.0, 0.0])  # within the circle in which the chair can turn
+    grid, rng = hall(), np.random.default_rng(0)
+    cells = floor_cells(FloorRelief(pieces=beyond(-0.5)), grid)
+    scene, ground = StaticScene(grid=grid, cells=cells, ceiling=2.5), None
+    for _ in range(4):
+        clouds = tuple(
+            scan_cloud(m, scene, NOBODY, pose, time=0.0, rng=rng)
+            for m in (*CHAIR.lidars, *CHAIR.depth_cameras)
+        )
+        ground = update_ground(ground, clouds, np.tile(pose, (2, 1)), grid, CHAIR)
+    at = first_edge(ground)[10:30]
+    assert np.abs(at - EDGE).max() <= 0.25
 
 
 def test_dark_floor_is_neither_known_nor_an_edge():

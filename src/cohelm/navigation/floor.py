@@ -2,8 +2,8 @@
 
 Edges that the chair cannot take are obstacles to all stages. Floor that no sensor has seen, as
 behind an obstacle, behind the chair at the beginning, or where it returns nothing, is neither: the
-chair is slow enough to stop before it, may creep onto it forwards, where the rider looks, and not
-backwards. Without LiDARs and depth cameras nothing is known of the floor, and nothing is limited.
+chair is slow enough to stop before it, may creep onto it forwards, where the rider looks, and while
+it turns on the spot, and not backwards. Without a sensor that sees the floor nothing is limited.
 """
 
 from __future__ import annotations
@@ -21,10 +21,12 @@ from cohelm.perception.pipeline import MAX_DELAY
 from cohelm.reasons import Reason
 from cohelm.robots import Robot
 
-CREEPING = 0.15
+CREEPING = 0.2
 """Speed of the outermost wheel on floor that it never saw, m/s (assumed)."""
 _REACTION = 0.25
 """Time before the chair brakes, s: a step, a sweep and the drive's lag (assumed)."""
+_STILL = 0.01
+"""Speed backwards or aside that counts as none, m/s."""
 _ALONG = 0.3
 """Speed at which a motion is looked ahead while the chair stands, m/s."""
 
@@ -32,6 +34,8 @@ _ALONG = 0.3
 def update_floor(step: StepInput) -> GroundMap | None:
     """Add the new clouds to the map of the floor; None as long as there was no cloud."""
     setup, observation = step.setup, step.observation
+    if not setup.robot.sees_floor:
+        return None
     timely = [each for each in observation.clouds if abs(each.time - observation.time) <= MAX_DELAY]
     if not timely:
         return step.memory.floor
@@ -61,23 +65,29 @@ def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | N
         return decision
     speed = float(_point_speeds(step.setup.robot, twist).max())
     limit = _stopping_speed(step, floor, twist)
-    if twist[0] >= 0.0:
-        limit = max(limit, CREEPING)
+    if limit < CREEPING:
+        forwards = twist[0] > -_STILL and abs(twist[1]) <= max(twist[0], _STILL)
+        known = math.inf if forwards else _stopping_speed(step, floor, twist, seen=False)
+        limit = max(limit, min(CREEPING, known))
     if speed <= limit + 1e-9:
         slow = limit <= CREEPING and decision.reason in {None, Reason.OVER_LIMITS}
         return replace(decision, reason=Reason.FLOOR_UNSEEN) if slow else decision
     return replace(decision, twist=twist * (limit / speed), reason=Reason.FLOOR_UNSEEN)
 
 
-def _stopping_speed(step: StepInput, floor: GroundMap, twist: Floats) -> float:
+def _stopping_speed(
+    step: StepInput, floor: GroundMap, twist: Floats, *, seen: bool = True
+) -> float:
     """Speed of the outermost wheel along a motion (3,), m/s, from which the chair can stop in time.
 
-    Braking after the reaction ends before the first cell that was never seen.
+    Braking after the reaction ends before the first cell that was never seen; with ``seen`` False,
+    before the first on which the chair did not stand either.
     """
     setup = step.setup
-    way = known_floor(floor, setup.grid, setup.robot.wheels, step.observation.pose, twist)
+    wheels, pose = setup.robot.wheels, step.observation.pose
+    distance = known_floor(floor, setup.grid, wheels, pose, twist, seen=seen)
     brake = setup.robot.max_deceleration
-    return math.hypot(brake * _REACTION, math.sqrt(2.0 * brake * way)) - brake * _REACTION
+    return math.hypot(brake * _REACTION, math.sqrt(2.0 * brake * distance)) - brake * _REACTION
 
 
 def _point_speeds(robot: Robot, twist: Floats) -> Floats:

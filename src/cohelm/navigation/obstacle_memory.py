@@ -15,7 +15,7 @@ import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Integers, Shape, replace, value
 from cohelm.messages import LiveObstacles
-from cohelm.perception import ObstacleLayerParameters, ObstacleLayerState
+from cohelm.perception import FloorEdges, ObstacleLayerParameters, ObstacleLayerState
 
 MAX_CELLS = 20_000
 """Maximum number of cells, 50 m² at 5 cm; the oldest are dropped first."""
@@ -63,20 +63,23 @@ def update_obstacle_memory(
 
 
 @lru_cache(maxsize=2)
-def merge_obstacles(live: LiveObstacles, memory: ObstacleMemory) -> LiveObstacles:
-    """Merge window and memory into one window; ``live`` itself if the memory is empty.
+def merge_obstacles(
+    live: LiveObstacles, memory: ObstacleMemory, edges: FloorEdges | None = None
+) -> LiveObstacles:
+    """Merge window, memory and edges of the floor; ``live`` itself where there is nothing to add.
 
     Cached, so that the result is the same object while nothing changes.
     """
-    if not len(memory.cells):
+    cells = memory.cells if edges is None else np.concatenate([memory.cells, edges.cells])
+    if not len(cells):
         return live
     end = live.corner + live.occupied.shape
-    low = np.minimum(live.corner, memory.cells.min(axis=0))
-    high = np.maximum(end, memory.cells.max(axis=0) + 1)
+    low = np.minimum(live.corner, cells.min(axis=0))
+    high = np.maximum(end, cells.max(axis=0) + 1)
     occupied = np.zeros(high - low, dtype=np.uint8)
     (r0, c0), (r1, c1) = live.corner - low, end - low
     occupied[r0:r1, c0:c1] = live.occupied
-    rows, cols = (memory.cells - low).T
+    rows, cols = (cells - low).T
     occupied[rows, cols] = 1
     return replace(live, corner=low, occupied=occupied)
 

@@ -157,7 +157,11 @@ def _route_query(
         pose=observation.pose,
         robot=setup.robot,
         grid=setup.grid,
-        live=merge_obstacles(world.live, world.obstacle_memory),
+        live=merge_obstacles(
+            world.live,
+            world.obstacle_memory,
+            None if world.floor is None else world.floor.edges,
+        ),
         walls=world.walls,
         authority=authority if request.mode is Mode.SHARED else None,
         people=world.people,

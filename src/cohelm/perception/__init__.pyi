@@ -8,7 +8,7 @@ from .api import (
 )
 from .change_detection.past_scans import ChangeDetectionParameters
 from .cloud_detection.cloud_clusters import CloudClusters
-from .ground.ground_map import GroundMap, GroundParameters
+from .ground.ground_map import FloorEdges, GroundMap, GroundParameters
 from .groups.affinity import Affinity, NoGroups
 from .laser_odometry.ego_motion import (
     EgoMotion,
@@ -50,6 +50,7 @@ __all__ = [
     "Detector",
     "EgoMotion",
     "EgoMotionParameters",
+    "FloorEdges",
     "GivenPeople",
     "GroundMap",
     "GroundParameters",

@@ -134,6 +134,11 @@ class LidarMount(Model):
             out |= sector.hides(azimuth, elevation)
         return out
 
+    @property
+    def floor_from(self) -> float:
+        """Distance ahead of the axle from which it sees the floor, m; +inf: nowhere."""
+        return _floor_from(self.pose, -self.elevation_deg[0])
+
     def deviation(self, distance: Floats) -> Floats:
         """Standard deviation of ranges (...,), m."""
         return np.full_like(distance, self.noise)
@@ -195,6 +200,13 @@ class DepthCameraMount(Model):
         """Mask of the rays (columns, rows): none is hidden."""
         return np.zeros((self.columns, self.rows), dtype=np.bool_)
 
+    @property
+    def floor_from(self) -> float:
+        """Distance ahead of the axle from which it sees the floor, m; +inf: nowhere."""
+        if abs(self.pose[5]) > math.pi / 2.0:
+            return math.inf
+        return _floor_from(self.pose, self.field_of_view_deg[1] / 2.0)
+
     def deviation(self, distance: Floats) -> Floats:
         """Standard deviation of ranges (...,), m; grows with their square."""
         return self.noise * distance * distance
@@ -204,6 +216,14 @@ CloudMount = LidarMount | DepthCameraMount
 """Any sensor of point clouds."""
 
 
+def _floor_from(pose: Pose6, below_deg: float) -> float:
+    """Distance at which the lowest ray of a mount meets the floor ahead, m."""
+    angle = pose[4] + math.radians(below_deg)
+    if angle <= 0.0:
+        return math.inf
+    return pose[0] + pose[2] / math.tan(min(angle, math.pi / 2.0))
+
+
 def _check_reach(least: float, most: float) -> None:
     if not least < most:
         raise ValueError("range_min must be less than range_max")
@@ -211,6 +231,8 @@ def _check_reach(least: float, most: float) -> None:
 
 NO_DROP_PROTECTION = "no drop protection: no sensor of it sees stairs, kerbs and edges of the floor"
 """What is said of a robot that does not see the floor."""
+_NEAR_FLOOR = 3.0
+"""Distance ahead within which a sensor must see the floor, m."""
 _FARTHEST_CORNER = 5.0
 _THINNEST = 0.05
 _TIGHTEST = 0.1  # m, curves of a robot whose axle lies at its edge
@@ -243,11 +265,10 @@ class Robot(Model):
     """rad/s²."""
     max_jerk: float = Field(1.5, gt=0.0, le=1000.0)
     """Comfortable change of the linear acceleration, m/s³; emergency braking ignores it."""
-    max_step_up: float = Field(0.02, ge=0.0, le=0.5)
-    """Highest step that the wheels may climb, m (assumed: the highest threshold of most building
-    rules; so for steps down)."""
-    max_step_down: float = Field(0.02, ge=0.0, le=0.5)
-    """Deepest step that they may take down forwards, m; backwards no chair should take one."""
+    max_step_up: float = Field(0.04, ge=0.0, le=0.5)
+    """Highest step that the wheels may climb, m (assumed; so for steps down)."""
+    max_step_down: float = Field(0.04, ge=0.0, le=0.5)
+    """Deepest step that they may take down, m; sensors tell none below 0.025 from noise."""
     max_slope_deg: float = Field(6.0, ge=0.0, le=30.0)
     """Steepest slope along the heading, degrees (assumed; handbooks of chairs allow 5 to 7.5)."""
     max_cross_slope_deg: float = Field(3.0, ge=0.0, le=30.0)
@@ -328,8 +349,8 @@ class Robot(Model):
 
     @property
     def sees_floor(self) -> bool:
-        """True if a sensor can see edges of the floor; planar scanners cannot."""
-        return bool(self.cloud_mounts)
+        """True if a sensor sees the floor near enough ahead to stop before an edge."""
+        return any(mount.floor_from <= _NEAR_FLOOR for mount in self.cloud_mounts)
 
     @cached_property
     def outline(self) -> Floats:

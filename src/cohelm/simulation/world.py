@@ -405,6 +405,7 @@ class World:
         there = self._faults.carried(pose, self.grid, self._bodies(), time)
         if there is not pose:
             self._chair.carry(there)
+            self._wheels = self._wheel_heights()
 
     def _wheel_heights(self) -> Floats:
         """Height (k,) of the floor under each wheel, m."""

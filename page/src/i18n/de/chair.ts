@@ -48,7 +48,7 @@ export const chair = {
   "reason.blocked": "Hindernis im Weg. Angehalten.",
   "reason.edge_ahead": "Eine Stufe oder Kante im Boden. Angehalten.",
   "reason.fell": "Ein Rad ist über eine Kante geraten. Angehalten.",
-  "reason.floor_unseen": "Der Boden voraus ist nicht zu sehen. Sehr langsam.",
+  "reason.floor_unseen": "Der Boden ist hier nicht zu sehen. Sehr langsam, und nicht rückwärts.",
   "reason.keepout": "Hier ist kein Zutritt. Angehalten.",
   "reason.no_safe_plan": "Keine sichere Bewegung gefunden. Bremst.",
   "reason.solver_failed": "Die Bewegungsplanung ist gescheitert. Bremst.",

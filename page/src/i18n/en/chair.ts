@@ -48,7 +48,7 @@ export const chair = {
   "reason.blocked": "Obstacle in the way. Stopped.",
   "reason.edge_ahead": "A step or an edge in the floor. Stopped.",
   "reason.fell": "A wheel went over an edge. Stopped.",
-  "reason.floor_unseen": "The floor ahead cannot be seen. Very slow.",
+  "reason.floor_unseen": "Floor that cannot be seen. Very slow, and not backwards.",
   "reason.keepout": "No entry here. Stopped.",
   "reason.no_safe_plan": "No safe motion found. Braking.",
   "reason.solver_failed": "Motion planning failed. Braking.",

@@ -23,6 +23,7 @@ _NOT_A_STOP = frozenset(
         Reason.BACKING_UP,
         Reason.REVERSING,
         Reason.CREEPING,
+        Reason.FLOOR_UNSEEN,
         Reason.POSE_DOUBTFUL,
         Reason.SCAN_PARTLY_BLIND,
         Reason.DRIVE_WEAK,

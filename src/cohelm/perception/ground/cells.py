@@ -81,6 +81,8 @@ class GroundRules(NamedTuple):
     """Side of a cell, m."""
     reach: float
     """Horizontal distance from the chair within which returns count, m."""
+    outline: Floats
+    """(4,) of x and y that bound the chair in its frame: returns there are its own, m."""
     dip: float
     """Depth below the chair's floor from which a ray counts as passing."""
     tall: float
@@ -97,7 +99,8 @@ def add_sweep(
     points: Floats32,
     rotation: Floats,
     origin: Floats,
-    chair: Floats,
+    pose: Floats,
+    range_max: float,
     tilt: Floats,
     rules: GroundRules,
 ) -> Floats:
@@ -108,14 +111,16 @@ def add_sweep(
         points: (p, 3) in the sensor's frame, m; NaN without a return.
         rotation, origin: (3, 3) and (3,), m, of the sensor in the window's frame, heights over the
             plane on which the chair stands.
-        chair: (2,), its place in the window's frame, m.
+        pose: (3,) of the chair in the window's frame.
+        range_max: of the sensor, m; farther returns are none.
         tilt: (3,) expected height of that plane below the map's at the chair, m, and its slopes.
         rules: of the map.
 
     Returns:
         The tilt (3,) that fits the sweep to what was known.
     """
-    low = _in_window(points, rotation, origin, chair, rules)
+    chair = pose[:2].copy()
+    low = _in_window(points, rotation, origin, pose, range_max, rules)
     tilt = _fitted(cells, low, chair, tilt, rules)
     for i in range(low.shape[0]):
         low[i, 2] -= tilt[0] + tilt[1] * (low[i, 0] - chair[0]) + tilt[2] * (low[i, 1] - chair[1])
@@ -128,19 +133,29 @@ def add_sweep(
 
 @callee()
 def _in_window(
-    points: Floats32, rotation: Floats, origin: Floats, chair: Floats, rules: GroundRules
+    points: Floats32,
+    rotation: Floats,
+    origin: Floats,
+    pose: Floats,
+    range_max: float,
+    rules: GroundRules,
 ) -> Floats:
     """Returns (m, 3) not too high and within reach, or low, in the window's frame."""
     out = np.empty((points.shape[0], 3))
-    count, r = 0, rotation
+    count, r, own = 0, rotation, rules.outline
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
     for i in range(points.shape[0]):
         px, py, pz = np.float64(points[i, 0]), np.float64(points[i, 1]), np.float64(points[i, 2])
-        if not px * px + py * py + pz * pz > 0.0025:  # also false for NaN
+        if not 0.0025 < px * px + py * py + pz * pz <= range_max * range_max:  # NaN neither
             continue
         z = origin[2] + r[2, 0] * px + r[2, 1] * py + r[2, 2] * pz
         x = origin[0] + r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
         y = origin[1] + r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
-        away = math.hypot(x - chair[0], y - chair[1])
+        dx, dy = x - pose[0], y - pose[1]
+        away = math.hypot(dx, dy)
+        ahead, aside = cos * dx + sin * dy, cos * dy - sin * dx
+        if own[0] < ahead < own[1] and own[2] < aside < own[3]:
+            continue
         if abs(z) < _LEVEL and origin[2] > _HIGH:
             # By its noise alone, a return that is too far lies too low and in a later cell, where
             # there may be no other one: it counts where its ray meets the plane.
@@ -399,12 +414,15 @@ def _is_tall(cells: GroundCells, r: int, c: int) -> bool:
 def _mark_passed(
     cells: GroundCells, before: Bytes, chair: Floats, level: float, rules: GroundRules
 ) -> None:
-    """Mark unseen cells that rays passed below the floor near them, or below the chair's slope."""
+    """Mark cells that rays passed below the floor near them, or below the chair's slope.
+
+    Floor that was only assumed, or seen once, does not hold against them.
+    """
     rows, cols = cells.height.shape
     top, bottom, left, right = rows, -1, cols, -1
     for r in range(rows):
         for c in range(cols):
-            if cells.kind[r, c] == UNSEEN and cells.passed[r, c] >= _SEEN:
+            if cells.seen[r, c] < _SEEN and cells.passed[r, c] >= _SEEN:
                 top, bottom = min(top, r), max(bottom, r)
                 left, right = min(left, c), max(right, c)
     floor = np.full((rows, max(right - left + 1, 0)), -np.inf)
@@ -415,7 +433,7 @@ def _mark_passed(
                     floor[r, c - left] = max(floor[r, c - left], cells.height[r, j])
     for r in range(top, bottom + 1):
         for c in range(left, right + 1):
-            if cells.kind[r, c] != UNSEEN or cells.passed[r, c] < _SEEN:
+            if cells.seen[r, c] >= _SEEN or cells.passed[r, c] < _SEEN:
                 continue
             beside = -np.inf
             for i in range(max(r - _NEAR, 0), min(r + _NEAR + 1, rows)):
@@ -456,7 +474,7 @@ def _close_gaps(kind: Bytes) -> None:
 def stand_on(
     cells: GroundCells, wheels: Floats, pose: Floats, around: float, level: float, resolution: float
 ) -> None:
-    """Count unseen cells between the wheels of a chair as floor, in place.
+    """Count cells between the wheels of a chair as floor, in place; about it as floor seen once.
 
     Args:
         cells: of the map.
@@ -481,28 +499,31 @@ def stand_on(
             dx, dy = (c + 0.5) * resolution - pose[0], (r + 0.5) * resolution - pose[1]
             x, y = cos * dx + sin * dy, cos * dy - sin * dx
             between = x0 <= x <= x1 and y0 <= y <= y1
-            if cells.seen[r, c] == 0 and (between or math.hypot(dx, dy) <= around):
-                cells.height[r, c], cells.seen[r, c] = level, 1
+            sweeps = _SEEN if between else 1 if math.hypot(dx, dy) <= around else 0
+            if cells.seen[r, c] < sweeps and cells.kind[r, c] < LOWER:
+                cells.height[r, c], cells.seen[r, c] = level, sweeps
 
 
 @njit(**CACHED)
-def known_way(
+def known_distance(
     cells: GroundCells,
     wheels: Floats,
     pose: Floats,
     twist: Floats,
     resolution: float,
-    reach: float,
+    max_distance: float,
+    sweeps: int,
 ) -> float:
-    """Way that the outermost of moving wheels goes over floor that was seen, m.
+    """Distance that the outermost of moving wheels goes over floor that is known, m.
 
     Args:
         cells: of the map.
         wheels: (k, 2), their places in the robot frame, m.
         pose: (3,) in the window's frame.
-        twist: (3,) kept all the way, robot frame; at rest the whole reach is known.
+        twist: (3,) that is kept, robot frame; at rest the whole distance is known.
         resolution: side of a cell, m.
-        reach: longest way, m.
+        max_distance: m.
+        sweeps: that have seen a cell which is known; with 1 also floor on which the chair stood.
     """
     rows, cols = cells.height.shape
     fastest = 0.0
@@ -510,11 +531,11 @@ def known_way(
         vx, vy = twist[0] - twist[2] * wheels[k, 1], twist[1] + twist[2] * wheels[k, 0]
         fastest = max(fastest, math.hypot(vx, vy))
     if fastest < 1e-9:
-        return reach
-    stride = 0.2 * resolution  # a way that fell cell by cell would ask for hard braking
+        return max_distance
+    stride = 0.2 * resolution  # a distance that fell cell by cell would ask for hard braking
     dt = stride / fastest
-    x, y, angle, way = pose[0], pose[1], pose[2], 0.0
-    while way < reach:
+    x, y, angle, distance = pose[0], pose[1], pose[2], 0.0
+    while distance < max_distance:
         middle = angle + 0.5 * dt * twist[2]
         cos, sin = math.cos(middle), math.sin(middle)
         x += dt * (cos * twist[0] - sin * twist[1])
@@ -526,8 +547,8 @@ def known_way(
             py = y + sin * wheels[k, 0] + cos * wheels[k, 1]
             r, c = math.floor(py / resolution), math.floor(px / resolution)
             if not (0 <= r < rows and 0 <= c < cols):
-                return way
-            if cells.seen[r, c] == 0 and cells.kind[r, c] == UNSEEN and cells.tall[r, c] == 0:
-                return way
-        way += stride
-    return reach
+                return distance
+            if cells.seen[r, c] < sweeps and cells.kind[r, c] < OBJECT:
+                return distance
+        distance += stride
+    return max_distance

@@ -38,7 +38,7 @@ from cohelm.perception.ground.cells import (
     GroundCells,
     GroundRules,
     add_sweep,
-    known_way,
+    known_distance,
     stand_on,
     update_kinds,
 )
@@ -52,7 +52,7 @@ from cohelm.perception.preprocessing.merged_cloud import has_pose, placed
 from cohelm.robots import Robot
 
 _LEAST_STEP = 0.025
-"""Smaller steps are not told from noise, m."""
+"""Smaller steps are not told from noise, m; with the margin, those of a chair that takes 0.04."""
 _FARTHEST = 2.5
 """Way ahead of the chair for which floor is looked for, m: more than it stops in."""
 _BESIDE_EDGES = 8
@@ -69,7 +69,8 @@ class GroundParameters(Model):
     reach: float = Field(4.0, gt=0.5, le=50.0)
     """Distance from the chair up to which returns count, m."""
     margin: float = Field(0.015, ge=0.0, le=0.1)
-    """A step this much smaller than the chair may take counts as too high: noise and cells, m."""
+    """A step down this much smaller than the chair may take counts as an edge: noise and cells, m;
+    half of it for steps up."""
     tall: float = Field(0.25, gt=0.05, le=1.0)
     """Returns this high over the floor are objects, of which obstacle layer and people know, m."""
     top: float = Field(1.9, gt=0.3, le=5.0)
@@ -168,6 +169,7 @@ def update_ground(
 def rules_of(robot: Robot, resolution: float, parameters: GroundParameters) -> GroundRules:
     """Limits of a robot, and sizes, for the kernels."""
     p = parameters
+    (x0, y0), (x1, y1) = robot.outline.min(axis=0), robot.outline.max(axis=0)
     return GroundRules(
         down=max(robot.max_step_down - p.margin, _LEAST_STEP),
         # A bump is no fall.
@@ -175,6 +177,7 @@ def rules_of(robot: Robot, resolution: float, parameters: GroundParameters) -> G
         slope=math.tan(math.radians(robot.max_slope_deg)),
         resolution=resolution,
         reach=p.reach,
+        outline=np.array([x0, x1, y0, y1]),
         dip=_LEAST_STEP,
         tall=p.tall,
         top=p.top,
@@ -193,6 +196,7 @@ def with_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
     return replace(live, occupied=occupied, version=live.version + edges.version)
 
 
+@lru_cache(maxsize=2)
 def without_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
     """Live obstacles without those at edges of the floor, whose faces and lower floor they show."""
     cells = edges.cells - live.corner
@@ -204,19 +208,27 @@ def without_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
 
 
 def known_floor(
-    ground: GroundMap, grid: OccupancyGrid, wheels: Floats, pose: Floats, twist: Floats
+    ground: GroundMap,
+    grid: OccupancyGrid,
+    wheels: Floats,
+    pose: Floats,
+    twist: Floats,
+    *,
+    seen: bool = True,
 ) -> float:
-    """Way that the outermost wheel of a chair can go before one comes onto floor never seen, m.
+    """Distance that the outermost wheel of a chair can go before one leaves floor it knows, m.
 
     Args:
         ground: the map.
         grid: whose cells it uses.
         wheels: (k, 2), their places in the robot frame, m.
         pose: (3,) X_MR.
-        twist: (3,) kept all the way.
+        twist: (3,) that is kept.
+        seen: False: floor on which the chair stood, or began, counts too.
     """
     X_WR = compose(window_from_map(grid, ground.corner), pose)
-    return known_way(ground.cells, wheels, X_WR, twist, grid.resolution, _FARTHEST)
+    sweeps = 2 if seen else 1
+    return known_distance(ground.cells, wheels, X_WR, twist, grid.resolution, _FARTHEST, sweeps)
 
 
 def _with_sweeps(
@@ -235,8 +247,8 @@ def _with_sweeps(
         chair, last, place = transform(X_WM, pose[:2]), place, transform(X_GM, pose[:2])
         # The plane that is expected here: the chair has moved along it.
         tilt[0] += tilt[1:] @ (place - last)
-        tilt = add_sweep(cells, cloud.points, rotation, origin, chair, tilt, rules)
-    X_WR = compose(X_WM, sweeps[-1][1])
+        X_WR, span = compose(X_WM, pose), cloud.range_max
+        tilt = add_sweep(cells, cloud.points, rotation, origin, X_WR, span, tilt, rules)
     stand_on(cells, robot.wheels, X_WR, 0.0, -float(tilt[0]), grid.resolution)
     changed = update_kinds(cells, chair, -float(tilt[0]), rules)
     for array in cells:
