@@ -271,8 +271,6 @@ class Robot(Model):
     """Deepest step that they may take down, m; sensors tell none below 0.025 from noise."""
     max_slope_deg: float = Field(6.0, ge=0.0, le=30.0)
     """Steepest slope along the heading, degrees (assumed; handbooks of chairs allow 5 to 7.5)."""
-    max_cross_slope_deg: float = Field(3.0, ge=0.0, le=30.0)
-    """Steepest slope across the heading, degrees (assumed)."""
     actuation_lag: float = Field(0.0, ge=0.0, le=1.0)
     """Time constant from command to wheels, s."""
     lasers: tuple[LaserMount, ...] = (LaserMount(),)
