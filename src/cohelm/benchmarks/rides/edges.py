@@ -188,7 +188,7 @@ def _drawn(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 class _Watch:
-    """How near the wheels came to an edge, and what the chair said."""
+    """How near the wheels came to the edge, also beside a shaft, and what the chair said."""
 
     def __init__(self, robot: Robot) -> None:
         self.wheels, self.time = robot.wheels, 0.0
@@ -297,7 +297,8 @@ def _report(results: Sequence[Result], folder: Path) -> BenchReport:
 def _falls(name: str, rows: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
     fell = [row for row in rows if row["outcome"] == "fell"]
     seeds = ", ".join(dict.fromkeys(str(row["seed"]) for row in fell))
-    near = [float(row["over"]) for row in rows if row not in fell and row.get("over") is not None]
+    beside = [row for row in rows if row not in fell and row["kind"] != "shaft"]
+    near = [float(row["over"]) for row in beside if row.get("over") is not None]
     touched = sum(row["outcome"] == "collision" for row in rows)
     gap = f"{-max(near):.2f}" if near else "–"
     return name, f"{len(rows)}", f"{len(fell)}", f"{touched}", gap, seeds
