@@ -92,7 +92,8 @@ def test_everything_it_remembers_is_in_the_tick(steered, recorded):
 
 
 def test_the_time_of_each_stage_is_booked(recorded):
-    stages = {"health", "perception", "social", "walls", "sharing", "planning", "control", "safety"}
+    stages = {"health", "perception", "social", "ground", "walls"}
+    stages |= {"sharing", "planning", "control", "safety"}
     assert all(set(tick.durations) == stages for tick in recorded)
     assert all(spent >= 0.0 for tick in recorded for spent in tick.durations.values())
 

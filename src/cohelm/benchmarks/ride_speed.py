@@ -45,7 +45,10 @@ TITLE = "Real-time factor of simulation, perception and planning, one core"
 
 SCENES = ("crossing",)
 """Five people and the chair meet in a hall."""
-STAGES = ("health", "perception", "social", "walls", "sharing", "planning", "control", "safety")
+STAGES = (
+    *("health", "perception", "social", "ground", "walls"),
+    *("sharing", "planning", "control", "safety"),
+)
 ROBOT, RINGS, AZIMUTHS = "quantum_q6_edge_lidar", 16, 360
 
 
