@@ -188,7 +188,7 @@ def _drawn(rng: np.random.Generator, low: float, high: float) -> float:
 
 
 class _Watch:
-    """How near the wheels came to the edge, also beside a shaft, and what the chair said."""
+    """Distance of the wheels from the line of the edge, and what the chair said."""
 
     def __init__(self, robot: Robot) -> None:
         self.wheels, self.time = robot.wheels, 0.0

@@ -92,7 +92,7 @@ class LiveWorld:
 
     @property
     def accident(self) -> Reason | None:
-        """What has happened to a simulated chair: it touched a person or a wall, or fell."""
+        """Accident of a simulated chair: it touches a person or a wall, or fell."""
         truth = self.truth
         if truth is not None and truth.fell:
             return Reason.FELL
