@@ -11,6 +11,7 @@ import typer
 from cohelm.cli.options import Options, command
 from cohelm.cli.requests import (
     DriveRequest,
+    GroundRequest,
     Json,
     MapRequest,
     PeopleRequest,
@@ -117,6 +118,15 @@ def people(request: PeopleRequest) -> int:
     from cohelm.cli import people
 
     return people.people(request)
+
+
+@app.command()
+@takes(GroundRequest)
+def ground(request: GroundRequest) -> int:
+    """Map the floor in a recording: heights, steps and edges."""
+    from cohelm.cli import ground
+
+    return ground.ground(request)
 
 
 app.add_typer(map_changes)

@@ -306,6 +306,35 @@ class PeopleRequest:
 
 
 @dataclass(frozen=True, kw_only=True)
+class GroundRequest:
+    """Options of ``cohelm ground``."""
+
+    recording: Annotated[
+        Path,
+        typer.Argument(help="ROS bag with clouds, KITTI or nuScenes .bin, .pcd, or a folder."),
+    ]
+    json: Json = False
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw heights and edges after the end.")
+    ] = None
+    robot: Annotated[
+        str | None, typer.Option(metavar="NAME|FILE", help="Robot whose limits make an edge.")
+    ] = None
+    reach: Annotated[
+        float, typer.Option(metavar="M", min=1.0, max=20.0, help="Distance up to which it looks.")
+    ] = 8.0
+    topic: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
+    ] = None
+    rate: Annotated[
+        float, typer.Option(metavar="HZ", min=0.01, help="Sweeps per second in a folder.")
+    ] = 10.0
+    seconds: Annotated[
+        float | None, typer.Option(metavar="T", min=0.0, help="Duration to read.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class BenchRequest:
     """Options of every benchmark; None: the benchmark's own default."""
 

@@ -8,6 +8,7 @@ from .charts import (
     draw_replay,
     draw_strips,
 )
+from .ground import draw_ground
 from .map import draw_map
 from .people import PeopleMoment, PeopleRecord, draw_people
 from .people_animation import animate_people
@@ -33,6 +34,7 @@ __all__ = [
     "check_picture",
     "draw_costs_against",
     "draw_error_plot",
+    "draw_ground",
     "draw_map",
     "draw_people",
     "draw_plan",

@@ -94,6 +94,10 @@ class Level(NamedTuple):
     """(3, 3), to x forward, y left, z up."""
     name: str
     """The direction of up, in words; empty where the axes are as expected."""
+    up: Floats
+    """(3,) normal of the floor in the sensor's axes."""
+    height: float
+    """Of the sensor over the floor, m."""
 
 
 class _Plane(NamedTuple):
@@ -102,6 +106,8 @@ class _Plane(NamedTuple):
     """Mask of the cells in it."""
     standing: float
     """Share of the cells shortly above it."""
+    height: float
+    """Of the sensor over it, m."""
 
 
 def find_level(points: Floats32) -> Level | None:
@@ -126,9 +132,10 @@ def find_level(points: Floats32) -> Level | None:
             continue
         cosine = float(plane.normal @ up)
         if cosine >= _LEVEL and not name:
-            return Level(np.eye(3), "")
+            return Level(np.eye(3), "", plane.normal, plane.height)
         tilt = math.degrees(math.acos(min(cosine, 1.0)))
-        return Level(_axes(plane.normal, front), f"{name or 'z'} up, tilted by {tilt:.0f}°")
+        said = f"{name or 'z'} up, tilted by {tilt:.0f}°"
+        return Level(_axes(plane.normal, front), said, plane.normal, plane.height)
     return None
 
 
@@ -159,7 +166,7 @@ def _planes(cells: Floats) -> list[_Plane]:
             floor = np.abs(off) < _FLAT
             if floor.mean() > _SHARE and np.mean(off < -2.0 * _FLAT) < _BELOW:
                 low = (off > 2.0 * _FLAT) & (off < _LOW)
-                out.append(_Plane(each, floor, float(low.mean())))
+                out.append(_Plane(each, floor, float(low.mean()), float(below)))
     return [_refined(cells, each) for each in out]
 
 
@@ -167,7 +174,8 @@ def _refined(cells: Floats, plane: _Plane) -> _Plane:
     """The plane of least squares through its cells."""
     floor = cells[plane.floor]
     _, _, axes = np.linalg.svd(floor - floor.mean(axis=0), full_matrices=False)
-    return plane._replace(normal=axes[2] * np.sign(axes[2] @ plane.normal))
+    normal = axes[2] * np.sign(axes[2] @ plane.normal)
+    return plane._replace(normal=normal, height=-float(floor.mean(axis=0) @ normal))
 
 
 def _best(planes: list[_Plane], up: Floats) -> _Plane | None:

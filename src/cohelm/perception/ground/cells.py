@@ -47,6 +47,10 @@ _LEVEL, _HIGH = 0.02, 0.3
 """Returns at most this far from the chair's plane are floor on it, for sensors this high, m."""
 _STRIDE = 0.5
 """Step along a ray below the floor, cells."""
+_MIRRORED = 3
+"""Cells of floor below which a ray passes before its return counts as mirrored."""
+_ALONG, _SPECK = 3, 4
+"""Distance in cells within which so many cells must lie behind an edge: a single one is noise."""
 _STICKY = 0.01
 """A cell behind an edge stays one while its step is at most this much too small, m."""
 
@@ -124,9 +128,10 @@ def add_sweep(
     tilt = _fitted(cells, low, chair, tilt, rules)
     for i in range(low.shape[0]):
         low[i, 2] -= tilt[0] + tilt[1] * (low[i, 0] - chair[0]) + tilt[2] * (low[i, 1] - chair[1])
-    _add_floor(cells, low, chair, tilt, rules)
     sensor = origin.copy()
     sensor[2] -= tilt[0] + tilt[1] * (origin[0] - chair[0]) + tilt[2] * (origin[1] - chair[1])
+    low = _without_mirrored(cells, low, sensor, -tilt[0], rules)
+    _add_floor(cells, low, chair, tilt, rules)
     _add_passing(cells, low, sensor, -tilt[0], rules)
     return tilt
 
@@ -222,6 +227,41 @@ def _solved(A: Floats, b: Floats) -> Floats:
     z = w / l22
     y = (v - l21 * z) / l11
     return np.array([(u - l10 * y - l20 * z) / l00, y, z])
+
+
+@callee()
+def _without_mirrored(
+    cells: GroundCells, low: Floats, sensor: Floats, level: float, rules: GroundRules
+) -> Floats:
+    """Returns without those whose rays pass below floor that is seen: glossy floor mirrors."""
+    rows, cols = cells.height.shape
+    lit = np.full(rows * cols, np.inf)  # lowest return that is not below the chair's floor
+    for i in range(low.shape[0]):
+        c, r = math.floor(low[i, 0] / rules.resolution), math.floor(low[i, 1] / rules.resolution)
+        if -rules.dip <= low[i, 2] - level <= rules.tall and 0 <= r < rows and 0 <= c < cols:
+            lit[r * cols + c] = min(lit[r * cols + c], low[i, 2])
+    out, count = np.empty_like(low), 0
+    for i in range(low.shape[0]):
+        below, last, depth = 0, -1, level - low[i, 2]
+        away = math.hypot(sensor[0] - low[i, 0], sensor[1] - low[i, 1])
+        if depth > rules.dip and away > 1e-6 and sensor[2] > low[i, 2]:
+            dx, dy = (sensor[0] - low[i, 0]) / away, (sensor[1] - low[i, 1]) / away
+            rise = (sensor[2] - low[i, 2]) / away
+            t = 0.0
+            while t < min((depth - rules.dip) / rise, away) and below < _MIRRORED:
+                x, y = low[i, 0] + dx * t, low[i, 1] + dy * t
+                c, r = math.floor(x / rules.resolution), math.floor(y / rules.resolution)
+                k = r * cols + c
+                if 0 <= r < rows and 0 <= c < cols and k != last:
+                    z = low[i, 2] + rise * t + rules.down
+                    known = cells.seen[r, c] >= _SEEN and cells.kind[r, c] == FLOOR
+                    below += z < lit[k] < np.inf or (known and z < cells.height[r, c])
+                    last = k
+                t += _STRIDE * rules.resolution
+        if below < _MIRRORED:
+            out[count] = low[i]
+            count += 1
+    return out[:count]
 
 
 @callee()
@@ -324,6 +364,7 @@ def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundR
     for k in range(_STEPS.shape[0]):
         _mark_steps(cells, before, uneven, (_STEPS[k, 0], _STEPS[k, 1]), level, rules)
     _mark_passed(cells, before, chair, level, rules)
+    _drop_specks(cells)
     _close_gaps(kind)
     changed = 0
     for r in range(rows):
@@ -391,10 +432,13 @@ def _mark_steps(
                         continue
                 # The one that is farther from the chair's level lies behind the step.
                 if abs(height[r, c] - level) > abs(height[i, j] - level):
-                    i, j, step = r, c, -step
+                    m, n, i, j, step = i, j, r, c, -step
+                else:
+                    m, n = r, c
                 sticky = _STICKY if before[i, j] >= LOWER else 0.0
                 if -step > rules.down + allowed - sticky:
-                    kind[i, j] = LOWER
+                    if cells.tall[m, n] == 0:  # an object's foot is not the floor's height
+                        kind[i, j] = LOWER
                 elif step > rules.up + allowed - sticky and kind[i, j] != LOWER:
                     kind[i, j] = OBJECT if _is_tall(cells, i, j) else HIGHER
 
@@ -444,6 +488,23 @@ def _mark_passed(
             sticky = _STICKY if before[r, c] == LOWER else 0.0
             if cells.bound[r, c] < beside - rules.down + sticky:
                 cells.kind[r, c] = LOWER
+
+
+@callee()
+def _drop_specks(cells: GroundCells) -> None:
+    """Count cells behind an edge that stand alone as floor or unseen: edges are lines, noise not."""
+    rows, cols = cells.kind.shape
+    found = cells.kind.copy()
+    for r in range(rows):
+        for c in range(cols):
+            if found[r, c] < LOWER:
+                continue
+            beside = 0
+            for i in range(max(r - _ALONG, 0), min(r + _ALONG + 1, rows)):
+                for j in range(max(c - _ALONG, 0), min(c + _ALONG + 1, cols)):
+                    beside += found[i, j] == found[r, c]
+            if beside < _SPECK:
+                cells.kind[r, c] = FLOOR if cells.seen[r, c] > 0 else UNSEEN
 
 
 @callee()
