@@ -144,6 +144,7 @@ def stopped(monkeypatch, commands, reader_s_folder, tmp_path):
         "cohelm.cli.app.app": commands,  # converted once
         "cohelm.cli.run._simulated": stop,
         "cohelm.cli.people.open_recording": stop,
+        "cohelm.cli.ground.open_recording": stop,
         "cohelm.cli.compile_kernels.compile_all": stop,
         "cohelm.cli.web_server.read_page": dict,
         "cohelm.cli.web_server.serve_ride": stop,

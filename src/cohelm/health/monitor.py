@@ -1,6 +1,7 @@
 """Health monitor: one pure function that compares what is redundant in the input of a chair.
 
     scan against itself       invalid, stuck or repeated readings; a blind sector ahead
+    cloud against itself      repeated frames, covered lenses
     scan against map          is the pose right, as seen by beams that contradict the map
     scan against earlier one  a view that breaks off, objects that vanish
     scan against wheels       does the world move as odometry and localiser say
@@ -30,6 +31,7 @@ from numba import njit
 
 from cohelm.arrays import Booleans, Floats, replace
 from cohelm.health.agreement import MotionHistory, disagreement, update_motion
+from cohelm.health.clouds import CloudState, cloud_symptoms, update_clouds
 from cohelm.health.evidence import (
     NO_EVIDENCE,
     Evidence,
@@ -329,6 +331,8 @@ class HealthState:
 
     scanners: tuple[ScannerState | None, ...] = ()
     """One for each planar scanner of the robot."""
+    clouds: tuple[CloudState, ...] = ()
+    """One for each LiDAR and depth camera that has sent."""
     motion: MotionHistory | None = None
     drive: DriveBand | None = None
     stick: StickHistory | None = None
@@ -376,10 +380,13 @@ def monitor(
     symptoms = [each for each in (drive_symptom, stick_symptom) if each is not None]
     fresh = [s for s in scanners if s is not None and observation.time - s.time <= _FRESH]
     symptoms += _scan_symptoms(scanners, observation, robot, localisation, p)
+    clouds = update_clouds(memory.clouds, observation, p)
+    symptoms += cloud_symptoms(clouds, observation.time)
     symptoms += _motion_symptoms(fresh, motion, localisation, observation, p)
     evidence = update_evidence(memory.evidence, symptoms, observation.time)
     state = HealthState(
         scanners=scanners,
+        clouds=clouds,
         motion=motion,
         drive=drive,
         stick=stick,

@@ -69,6 +69,12 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         ),
         "scan_mirrored": Hazard("left and right change places", _BRAKING),
         "scan_rotated": Hazard("everything is seen in a wrong direction", "turns below 4°"),
+        "cloud_frozen": Hazard("floor and people seem to stand still", _BRAKING, False),
+        "cloud_covered": Hazard("floor and people are not seen", _BRAKING, False),
+        "cloud_tilted": Hazard(
+            "the floor seems to slope", "edges are found beside each other's floor", False
+        ),
+        "cloud_raised": Hazard("the floor seems lower", "edges are found as before", False),
         "pose_silent": Hazard("place unknown", _BRAKING),
         "pose_frozen": Hazard("place wrong", _BRAKING),
         "pose_nan": Hazard("place unknown", _BRAKING),

@@ -235,7 +235,7 @@ def _is_number(text: str) -> bool:
 def create(
     kinds: Annotated[
         str | None,
-        names("Kinds, or KIND:MAGNITUDE; default: all.", "--faults"),
+        names("Kinds, or KIND:MAGNITUDE; default: all but cloud_*.", "--faults"),
     ] = None,
     scenes: Scenes = None,
     modes: Modes = None,
@@ -251,7 +251,8 @@ def create(
         ConfigError, PluginError, ScenarioError: if a fault, scene, mode or setting does not exist.
     """
     unset(settings, COMPARED)
-    named = chosen_names(kinds, "--faults", FAULT_KINDS)
+    sensed = [kind for kind in FAULT_KINDS if not kind.startswith("cloud_")]  # chairs have scanners
+    named = chosen_names(kinds, "--faults", sensed)
     for name in named:
         kind, _, size = name.partition(":")
         known_name(kind, tuple(FAULT_KINDS), "fault", "--faults")

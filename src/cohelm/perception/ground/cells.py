@@ -492,7 +492,7 @@ def _mark_passed(
 
 @callee()
 def _drop_specks(cells: GroundCells) -> None:
-    """Count cells behind an edge that stand alone as floor or unseen: edges are lines, noise not."""
+    """Count single cells behind an edge as floor or unseen: edges are lines, noise is not."""
     rows, cols = cells.kind.shape
     found = cells.kind.copy()
     for r in range(rows):

@@ -39,7 +39,7 @@ class FaultInput:
     last: Observation | None
     """The observation as it was delivered last; None at first, when every sender has sent once."""
     held: Observation
-    """The last sound observation before the onset."""
+    """The last sound observation before the onset, with the last cloud of each sensor."""
     held_scans: tuple[Scan, ...]
     """The newest sound scans before the onset."""
     recent: tuple[Observation, ...]

@@ -55,7 +55,9 @@ def with_faults(
         if effect is None or not fault.active(now):
             continue
         if held[i] is None:
-            held = (*held[:i], before or sound, *held[i + 1 :])
+            known = {tuple(c.mount): c for each in recent[:-1] for c in each.clouds}
+            kept = replace(before or sound, clouds=tuple(known.values()))
+            held = (*held[:i], kept, *held[i + 1 :])
             held_scans = (*held_scans[:i], memory.scans or scans, *held_scans[i + 1 :])
         given = FaultInput(
             fault=fault,

@@ -13,6 +13,7 @@ import numpy as np
 from cohelm.arrays import replace
 from cohelm.messages import Observation
 from cohelm.simulation.faults.api import POSITIVE, FaultInput, FaultKind
+from cohelm.simulation.faults.clouds import CLOUDS
 from cohelm.simulation.faults.drive import DRIVE
 from cohelm.simulation.faults.people import PEOPLE
 from cohelm.simulation.faults.pose import POSE
@@ -126,6 +127,16 @@ CLOCK: Mapping[str, FaultKind] = MappingProxyType(
 
 
 FAULT_KINDS: Mapping[str, FaultKind] = MappingProxyType(
-    {**SCAN_VALUES, **SCAN_TIMING, **POSE, **TWIST, **DRIVE, **RIDER, **PEOPLE, **CLOCK}
+    {
+        **SCAN_VALUES,
+        **SCAN_TIMING,
+        **CLOUDS,
+        **POSE,
+        **TWIST,
+        **DRIVE,
+        **RIDER,
+        **PEOPLE,
+        **CLOCK,
+    }
 )
 """Name → kind, sensors first."""
