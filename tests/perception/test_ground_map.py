@@ -238,6 +238,19 @@ def test_edges_are_remembered_when_they_leave_the_window_and_forgotten_when_floo
     assert not (np.abs(seen[10:30] - EDGE) < 0.3).any()
 
 
+def test_remembered_edges_do_not_grow_when_they_come_back():
+    ground, _, pose, _ = approach(beyond(-0.5), stop=1.0)
+    before = len(ground.edges.cells)
+    grid, nothing = hall(), np.full((4, 3), np.nan, np.float32)
+    cloud = PointCloud(
+        time=0.0, mount=np.array(CHAIR.lidars[0].pose), points=nothing, range_max=10.0
+    )
+    for k in range(40):  # the window follows a pose that jitters by a cell
+        jittered = pose + [0.06 * (k % 2), 0.0, 0.0]
+        ground = update_ground(ground, (cloud,), jittered[None], grid, CHAIR)
+    assert len(ground.edges.cells) <= 1.05 * before
+
+
 def test_edges_are_obstacles_of_the_live_layer():
     ground, *_ = approach(beyond(-0.2), stop=0.5)
     live = LiveObstacles(

@@ -365,7 +365,7 @@ def update_kinds(cells: GroundCells, chair: Floats, level: float, rules: GroundR
         _mark_steps(cells, before, uneven, (_STEPS[k, 0], _STEPS[k, 1]), level, rules)
     _mark_passed(cells, before, chair, level, rules)
     _drop_specks(cells)
-    _close_gaps(kind)
+    _close_gaps(cells)
     changed = 0
     for r in range(rows):
         for c in range(cols):
@@ -508,11 +508,13 @@ def _drop_specks(cells: GroundCells) -> None:
 
 
 @callee()
-def _close_gaps(kind: Bytes) -> None:
+def _close_gaps(cells: GroundCells) -> None:
     """Count unseen cells in the way from floor to what lies lower as lower, in place.
 
-    So does the cell before an edge: a return just before it may come from just behind it.
+    So does the cell before an edge: a return just before it may come from just behind it. Edges
+    that were remembered have their gaps closed already, and would grow each time they come back.
     """
+    kind = cells.kind
     rows, cols = kind.shape
     top, bottom, left, right = rows, -1, cols, -1
     for r in range(rows):
@@ -526,7 +528,8 @@ def _close_gaps(kind: Bytes) -> None:
             for c in range(max(left - k - 1, 1), min(right + k + 2, cols - 1)):
                 if found[r, c] == UNSEEN or (k == 0 and found[r, c] == FLOOR):
                     for m in range(_BESIDE.shape[0]):
-                        if found[r + _BESIDE[m, 0], c + _BESIDE[m, 1]] == LOWER:
+                        i, j = r + _BESIDE[m, 0], c + _BESIDE[m, 1]
+                        if found[i, j] == LOWER and cells.bound[i, j] > -np.inf:
                             kind[r, c] = LOWER
                             break
 
