@@ -17,7 +17,7 @@ export interface Direction {
 
 /** What a stop or a slow-down is due to, and where it is. */
 export interface Cause {
-  readonly thing: Thing;
+  readonly thing: Thing | "edge";
   readonly at: Point;
   /** Of a person: what they do. */
   readonly moves?: "crossing" | "coming" | "standing";

@@ -1,6 +1,8 @@
 // Latest messages of the chair, for the components that show them.
 
 import { languageNow, t } from "./i18n/text.svelte";
+import { boxesOf } from "./map/edges";
+import type { Box } from "./map/view";
 import { inLanguage } from "./places";
 import type { Link, Status } from "./link";
 import type {
@@ -51,6 +53,8 @@ export class Chair {
   route = $state.raw<RouteUpdate>(NO_ROUTE);
   /** Where the building differs from the map; null: nothing is known. */
   differences = $state.raw<MapDifferences | null>(null);
+  /** Floor behind edges that the chair has found, m. */
+  edges = $state.raw<readonly Box[]>([]);
   /** The finished ride, until it is rated or the next one begins. */
   ended = $state.raw<RideEnded | null>(null);
   notice = $state.raw<Notice | null>(null);
@@ -123,6 +127,7 @@ export class Chair {
         this.limits = message.limits;
         this.rider = message.rider;
         this.differences = null;
+        this.edges = [];
         break;
       case "settings_changed":
         this.limits = message.limits;
@@ -153,6 +158,9 @@ export class Chair {
         break;
       case "map_differences":
         this.differences = message;
+        break;
+      case "edge_cells":
+        if (this.#scene) this.edges = boxesOf(message.runs, this.#scene.floor);
         break;
       case "trip_plans":
         this.plans = message;

@@ -4,6 +4,7 @@ import { causeOf, doorBy, ring, type Cause, type Direction } from "./around";
 import { chair } from "./chair.svelte";
 import { distance } from "./map/strokes";
 import { isMoving } from "./input/switches";
+import { nearestEdge } from "./map/edges";
 import { mapView } from "./map/mapView.svelte";
 import type { ReasonText } from "./messages";
 import { READ, SILENT, told } from "./reasonDisplay";
@@ -26,6 +27,9 @@ const SLOWED_LASTS = 1_000;
 const STANDS_LASTS = 400;
 /** What is nearer to the middle of the chair than this, ahead of it, is close, m (assumed). */
 const CLOSE = 1.5;
+/** Reasons whose cause is an edge of the floor, within this of the middle of the chair, m (assumed). */
+const AT_EDGES = new Set(["edge_ahead", "floor_unseen"]);
+const AT_EDGE = 2;
 const RING = "cohelm.ring";
 
 class Surroundings {
@@ -88,7 +92,8 @@ class Surroundings {
     this.ring = this.shown ? ring(state, scene, mapView.isWall) : [];
     const code = this.saying.shown?.code ?? "";
     if (!CAUSED.has(code)) {
-      this.cause = null;
+      const edge = AT_EDGES.has(code) && nearestEdge(state.pose, chair.edges, AT_EDGE);
+      this.cause = edge ? { thing: "edge", at: edge } : null;
       return;
     }
     const { goal } = state;

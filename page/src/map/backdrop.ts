@@ -3,9 +3,10 @@
 import type { MapDifference, RouteUpdate, SceneInfo, TripRoute } from "../messages";
 import { drawDifferences } from "./differences";
 import { badge } from "./badge";
+import { drawEdges } from "./edges";
 import type { Colours } from "./palette";
 import { farthestFrom, lastOf, lengthOf } from "./strokes";
-import { toScreen, type Point, type View } from "./view";
+import { toScreen, type Box, type Point, type View } from "./view";
 
 /** So much more than the screen is drawn on each side, as a share of it. */
 const MARGIN = 0.2;
@@ -26,6 +27,8 @@ export interface Ground {
   /** Where the building differs from the map, and the side of a cell, m. */
   readonly differences: readonly MapDifference[];
   readonly cell: number;
+  /** Floor behind edges. */
+  readonly edges: readonly Box[];
   /** True if doors carry their numbers. */
   readonly numbered: boolean;
 }
@@ -93,6 +96,7 @@ export class Backdrop {
     // Mipmaps make the floor crisp from afar, and cost too much to be made in every frame.
     context.imageSmoothingQuality = screen.turning ? "low" : "medium";
     drawFloor(context, ground, view);
+    drawEdges(context, ground.edges, ground.colours, view);
     drawDifferences(context, ground.differences, ground.cell, ground.colours, view);
     drawDoors(context, ground, view);
     drawWishes(context, ground, view);
@@ -113,6 +117,7 @@ function same(a: Ground | null, b: Ground): boolean {
     a.chosen === b.chosen &&
     a.numbered === b.numbered &&
     a.differences === b.differences &&
+    a.edges === b.edges &&
     a.shut.join() === b.shut.join()
   );
 }

@@ -19,6 +19,8 @@ const NAMES = {
   unwish: "--unwish",
   door: "--door",
   accent: "--accent",
+  warn: "--warn",
+  warnGround: "--warn-ground",
   wards: "--room-wards",
   toilets: "--room-toilets",
   food: "--room-food",

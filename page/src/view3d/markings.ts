@@ -1,12 +1,16 @@
 // What is drawn on the floor: route, plan, preferences, groups, wet floor, and the destination's pin.
 
 import {
+  CanvasTexture,
   Color,
   ConeGeometry,
+  Float32BufferAttribute,
   Group,
   Mesh,
   MeshBasicMaterial,
   MeshLambertMaterial,
+  RepeatWrapping,
+  SRGBColorSpace,
   ShapeUtils,
   TorusGeometry,
   Vector2,
@@ -14,7 +18,8 @@ import {
 } from "three";
 import type { Colours } from "../map/palette";
 import { lastOf, lengthOf } from "../map/strokes";
-import type { Point } from "../map/view";
+import { stripes } from "../map/edges";
+import type { Box, Point } from "../map/view";
 import type { ChairState, RouteUpdate } from "../messages";
 import { areaOf } from "./contours";
 import { geometryOf } from "./flat";
@@ -27,7 +32,10 @@ const CASING = 0.2;
 const PLAN = 0.3;
 const STROKE = 0.35;
 /** Heights above the floor, m; what is drawn later lies above. */
-const Z = { wet: 0.005, group: 0.006, zone: 0.01, casing: 0.012, route: 0.016, plan: 0.02 } as const;
+const Z = { wet: 0.005, edge: 0.0055, group: 0.006, zone: 0.01, casing: 0.012, route: 0.016, plan: 0.02 } as const;
+/** Side of a tile of stripes, px and m. */
+const STRIPES = 64;
+const STRIPE = 0.4;
 /** Corners of a disc. */
 const ROUND = 32;
 
@@ -39,6 +47,7 @@ export interface Ways {
 
 export class Markings {
   readonly group = new Group();
+  readonly #edges = new Group();
   readonly #ways = new Group();
   readonly #moving = new Group();
   readonly #goal: Group;
@@ -49,8 +58,22 @@ export class Markings {
   ) {
     this.#goal = pin(colours);
     this.#goal.visible = false;
-    this.group.add(this.#ways, this.#moving, this.#goal);
+    this.group.add(this.#edges, this.#ways, this.#moving, this.#goal);
     for (const outline of wet) this.group.add(this.#flat(area(outline, Z.wet), colours.route, 0.25, 1));
+  }
+
+  /** Floor behind edges, with stripes; call it when they change. */
+  edges(edges: readonly Box[]): void {
+    release(this.#edges);
+    const map = new CanvasTexture(stripes(this.colours, STRIPES));
+    map.wrapS = map.wrapT = RepeatWrapping;
+    map.colorSpace = SRGBColorSpace;
+    const strip = tiles(edges, Z.edge);
+    const made = new Mesh(geometryOf(strip), new MeshBasicMaterial({ map }));
+    const uv = strip.positions.filter((_, k) => k % 3 < 2).map((metres) => metres / STRIPE);
+    made.geometry.setAttribute("uv", new Float32BufferAttribute(uv, 2));
+    made.visible = edges.length > 0;
+    this.#edges.add(made);
   }
 
   /** Routes and preferences; call it when they change. */
@@ -111,6 +134,16 @@ export function area(outline: readonly Point[], z: number): Strip {
   const points = areaOf(outline) < 0 ? [...outline].reverse() : outline;
   const triangles = ShapeUtils.triangulateShape(points.map(([x, y]) => new Vector2(x, y)), []);
   return { positions: points.flatMap(([x, y]) => [x, y, z]), indices: triangles.flat() };
+}
+
+/** Boxes on the floor; they face up. */
+export function tiles(boxes: readonly Box[], z: number): Strip {
+  const positions = boxes.flatMap(({ x, y, width, height }) => {
+    const [right, top] = [x + width, y + height];
+    return [x, y, z, right, y, z, right, top, z, x, top, z];
+  });
+  const indices = boxes.flatMap((_, k) => [0, 1, 2, 0, 2, 3].map((corner) => 4 * k + corner));
+  return { positions, indices };
 }
 
 /** Outline of what is within a radius of a point, or of a line of two. */

@@ -3,6 +3,7 @@
 import { Group, PerspectiveCamera, SRGBColorSpace, WebGLRenderer } from "three";
 import { Motion, placed, type Shown } from "../map/motion";
 import type { Colours } from "../map/palette";
+import type { Box } from "../map/view";
 import { followed, sightOf, type CameraName, type Sight } from "./cameras";
 import { Detail } from "./detail";
 import { enter, sit, stopSign } from "./headset";
@@ -84,6 +85,11 @@ export class Stage {
 
   ways(ways: Ways): void {
     this.#world.ways(ways);
+    this.#dirty = true;
+  }
+
+  edges(edges: readonly Box[]): void {
+    this.#world.edges(edges);
     this.#dirty = true;
   }
 

@@ -1,9 +1,11 @@
 // The view in words, for whoever does not see it.
 
 import { num, serverText, t } from "../i18n/text.svelte";
+import { nearestEdge } from "../map/edges";
+import type { Box } from "../map/view";
 import type { ChairState, PersonInfo } from "../messages";
 
-/** People farther away are not told, m (assumed). */
+/** People and edges farther away are not told, m (assumed). */
 const NEAR = 6;
 const MOST_TOLD = 3;
 const WALKS = 0.15;
@@ -11,9 +13,9 @@ const WALKS = 0.15;
 type Told = Pick<ChairState, "pose" | "speed" | "turn_rate" | "goal" | "remaining" | "people" | "reason" | "arrived">;
 
 /** Chair, trip and the nearest people, in sentences. */
-export function inWords(state: Told | null): string {
+export function inWords(state: Told | null, edges: readonly Box[] = []): string {
   if (!state) return t("view3d.notConnected");
-  return [motion(state), trip(state), ...people(state)].filter(Boolean).join(" ");
+  return [motion(state), trip(state), edge(state, edges), ...people(state)].filter(Boolean).join(" ");
 }
 
 function motion({ speed, turn_rate, reason }: Told): string {
@@ -29,6 +31,13 @@ function trip({ goal, remaining, arrived }: Told): string {
   const name = goal.name || t("view3d.point");
   if (arrived) return t("view3d.arrived", { name });
   return remaining === null ? t("view3d.goes", { name }) : t("view3d.remain", { metres: remaining, name });
+}
+
+function edge({ pose }: Told, edges: readonly Box[]): string {
+  const at = nearestEdge(pose, edges, NEAR);
+  if (!at) return "";
+  const [dx, dy] = [at[0] - pose[0], at[1] - pose[1]];
+  return t("view3d.edge", { far: num(Math.hypot(dx, dy), 1), direction: direction(Math.atan2(dy, dx) - pose[2]) });
 }
 
 function people({ people: all, pose }: Told): string[] {

@@ -3,6 +3,7 @@
 import { Color, Group, Scene, type PerspectiveCamera } from "three";
 import type { Shown } from "../map/motion";
 import type { Colours } from "../map/palette";
+import type { Box } from "../map/view";
 import type { ChairState, SceneInfo } from "../messages";
 import { building, type Building } from "./building";
 import type { Sight } from "./cameras";
@@ -47,6 +48,7 @@ export class World {
   #chair!: ChairModel;
   #state: Drawn | null = null;
   #ways: Ways | null = null;
+  #edges: readonly Box[] = [];
 
   constructor(
     readonly floor: Floor,
@@ -77,6 +79,7 @@ export class World {
       this.#chair.group,
       this.#signs.group,
     );
+    this.#markings.edges(this.#edges);
     if (this.#ways) this.#markings.ways(this.#ways);
     if (this.#state) this.#markings.state(this.#state);
     this.#building.shut(this.#state?.closed_doors ?? []);
@@ -85,6 +88,11 @@ export class World {
   ways(ways: Ways): void {
     this.#ways = ways;
     this.#markings.ways(ways);
+  }
+
+  edges(edges: readonly Box[]): void {
+    this.#edges = edges;
+    this.#markings.edges(edges);
   }
 
   state(state: Drawn): void {

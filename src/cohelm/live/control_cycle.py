@@ -78,7 +78,7 @@ class ControlCycle:
         """Let the navigator load the code of routes, once the chair stands and nobody steers."""
         self._unsent = UnsentReadings()
         self._sent = PageView(route=RouteUpdate(version=-1))
-        """Route and differences that pages have already."""
+        """Route, differences and edges that pages have already."""
 
     @property
     def moves(self) -> bool:
@@ -340,6 +340,8 @@ class ControlCycle:
             self._send(view.route, None)
         if view.differences != sent.differences:
             self._send(view.differences, None)
+        if view.edges != sent.edges:
+            self._send(view.edges, None)
         if self.state.time_rate.notice:
             self._send(SLOW_NOTICE, None)
         self._send(self._state_message(world, now, late), None)

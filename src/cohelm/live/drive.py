@@ -231,14 +231,14 @@ class Drive:
         """Pass every message from now on to ``callback``.
 
         It is called in the control thread and, for answers that do not need the loop (Welcome,
-        RouteUpdate, MapDifferences, SettingsChanged, Echo), in the caller's own thread before the
-        call returns.
+        RouteUpdate, MapDifferences, EdgeCells, SettingsChanged, Echo), in the caller's own thread
+        before the call returns.
         It must neither wait nor raise.
         """
         self._listeners = (*self._listeners, callback)
 
     def connect(self, client: str, role: Role) -> None:
-        """Add a page; it gets Welcome, route and map differences before this returns.
+        """Add a page; it gets Welcome, route, map differences and edges before this returns.
 
         Args:
             client: Unique name of the connection, never used again.
@@ -252,6 +252,8 @@ class Drive:
         self._send(view.route, client)
         if view.differences.found:
             self._send(view.differences, client)
+        if view.edges.runs:
+            self._send(view.edges, client)
         self._loop.call(lambda: self._commands.connect(client, role))
 
     def disconnect(self, client: str) -> None:

@@ -8,6 +8,7 @@ export const chair = {
   "cause.someDoor": "Eine Tür ist geschlossen.",
   "cause.wall": "Eine Wand ist nah.",
   "cause.object": "Etwas steht im Weg.",
+  "cause.edge": "Eine Stufe oder Kante im Boden.",
   "effect.too_close": "Langsamer.",
   "effect.creeping": "Fährt sehr langsam.",
   "effect.blocked": "Angehalten.",

@@ -30,6 +30,7 @@ export const map = {
   "legend.blocked": "Versperrt in dieser Richtung",
   "legend.cause": "Worauf der Rollstuhl wartet",
   "legend.differs": "Anders als auf der Karte",
+  "legend.edge": "Hinter einer Stufe oder Kante im Boden",
   "ring.side": "{side}: versperrt durch {by}.",
   "ring.ahead": "Vorn",
   "ring.left": "Links",

@@ -28,6 +28,7 @@ export const view3d = {
   "view3d.arrived": "Er ist angekommen: {name}.",
   "view3d.goes": "Er fährt zu: {name}.",
   "view3d.remain": "Noch {metres} m bis {name}.",
+  "view3d.edge": "Eine Stufe oder Kante im Boden {far} m {direction}.",
   "view3d.nobody": "Niemand im Umkreis von {near} m.",
   "view3d.person": "1 Person im Umkreis von {near} m:",
   "view3d.people": "{count} Personen im Umkreis von {near} m:",

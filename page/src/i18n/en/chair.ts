@@ -8,6 +8,7 @@ export const chair = {
   "cause.someDoor": "A door is shut.",
   "cause.wall": "A wall is close.",
   "cause.object": "Something stands in the way.",
+  "cause.edge": "A step or an edge in the floor.",
   "effect.too_close": "Slowed down.",
   "effect.creeping": "Driving very slowly.",
   "effect.blocked": "Stopped.",

@@ -30,6 +30,7 @@ export const map = {
   "legend.blocked": "Blocked in this direction",
   "legend.cause": "What the chair waits for",
   "legend.differs": "Differs from the map",
+  "legend.edge": "Behind a step or an edge in the floor",
   "ring.side": "{side}: blocked by {by}.",
   "ring.ahead": "Ahead",
   "ring.left": "Left",

@@ -28,6 +28,7 @@ export const view3d = {
   "view3d.arrived": "It has arrived at {name}.",
   "view3d.goes": "It goes to {name}.",
   "view3d.remain": "{metres} m remain to {name}.",
+  "view3d.edge": "A step or an edge in the floor {far} m {direction}.",
   "view3d.nobody": "Nobody within {near} m.",
   "view3d.person": "1 person within {near} m:",
   "view3d.people": "{count} people within {near} m:",

@@ -10,7 +10,7 @@ from cohelm.live.control.ipc import StepAnswer
 from cohelm.live.control.mission import Mission
 from cohelm.live.control.time_rate import TimeRate
 from cohelm.live.control.watchdog import Watchdog
-from cohelm.live.messages import MapDifferences, NavigatorState, RouteUpdate
+from cohelm.live.messages import EdgeCells, MapDifferences, NavigatorState, RouteUpdate
 from cohelm.messages import Decision
 from cohelm.reasons import Reason
 from cohelm.safety import stop
@@ -24,6 +24,7 @@ class PageView:
     route: RouteUpdate = field(default_factory=lambda: RouteUpdate(version=0))
     """Its version grows with every change of route, error or wishes."""
     differences: MapDifferences = field(default_factory=lambda: MapDifferences(cell=CELL, found=()))
+    edges: EdgeCells = field(default_factory=lambda: EdgeCells(runs=()))
 
     def updated(self, answer: StepAnswer, navigator: NavigatorState, mission: Mission) -> PageView:
         """Return the view of a new answer.
@@ -40,7 +41,8 @@ class PageView:
         if route != self.route:
             route = route.model_copy(update={"version": version + 1})
         differences = answer.differences or self.differences
-        return PageView(navigator=navigator, route=route, differences=differences)
+        edges = answer.edges or self.edges
+        return PageView(navigator=navigator, route=route, differences=differences, edges=edges)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from cohelm.health import NO_CHANGES, MapChanges
-from cohelm.live.messages import MapDifferences, NavigatorState, RideOutcome, RouteUpdate
+from cohelm.live.messages import EdgeCells, MapDifferences, NavigatorState, RideOutcome, RouteUpdate
 from cohelm.live.sessions.records import RideLog
 from cohelm.messages import Decision, Observation, Request
 from cohelm.scenarios import Scenario
@@ -83,6 +83,8 @@ class StepAnswer:
     """None: the same route as before."""
     differences: MapDifferences | None = None
     """Places where the building differs from the map; None: the same as before."""
+    edges: EdgeCells | None = None
+    """Edges of the floor; None: the same as before."""
     log: RideLog | None = None
     """Log of the ride that ended with an earlier request."""
     unstored: str = ""

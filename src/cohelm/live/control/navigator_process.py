@@ -22,13 +22,19 @@ from cohelm.live.control.ipc import ProcessReady, ProcessSetup, StepAnswer, Step
 from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import planning_context_of, warm_up_wishes
 from cohelm.live.control.surroundings import free_distances
-from cohelm.live.control.view_model import map_differences, navigator_state, route_update
-from cohelm.live.messages import MapDifferences, RouteUpdate
+from cohelm.live.control.view_model import (
+    edge_cells,
+    map_differences,
+    navigator_state,
+    route_update,
+)
+from cohelm.live.messages import EdgeCells, MapDifferences, RouteUpdate
 from cohelm.live.sessions.mcap_recording import DriveRecording
 from cohelm.live.sessions.records import RideLog
 from cohelm.live.sessions.ride_log import RideLogWriter
 from cohelm.messages import Mode, Observation, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
+from cohelm.perception import FloorEdges
 from cohelm.platforms import MeasuredTruth
 from cohelm.processes import end_with_owner, leave_interrupts
 from cohelm.reasons import Reason
@@ -40,6 +46,8 @@ ROUTES = "routes"
 """First warm-up case with a destination."""
 _WARM_UP_STEPS = 12
 """Steps of each warm-up case."""
+_EDGES_INTERVAL = 1.0
+"""Minimum time between two messages of edges, s: most sweeps change some cells."""
 _FULL_COLLECTION = 20
 """Steps between two full garbage collections."""
 
@@ -98,6 +106,10 @@ class NavigatorServer:
         self._outline = tuple((float(x), float(y)) for x, y in ride_setup.robot.outline)
         self._contradictions = np.empty((0, 3), dtype=np.int64)
         """``MapChanges.persistent_rows`` of the last answer."""
+        self._grid = ride_setup.grid
+        self._edges: FloorEdges | None = None
+        """Edges of the last answer that had some, and its time, s."""
+        self._edges_time = -math.inf
         self._ride_log = RideLogWriter()
         self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
         self._finished_log: RideLog | None = None
@@ -109,6 +121,7 @@ class NavigatorServer:
             return self._paused_answer(step)
         if step.restart and self._last is not None:
             health, self._last = self._last.memory.health, None
+            self._edges, self._edges_time = None, -math.inf
             if health is not None:  # the world is new, the building is not
                 remembered = health.changes._replace(time=-math.inf)
                 self._navigator = self._navigator.remembering(remembered)
@@ -128,6 +141,7 @@ class NavigatorServer:
             state=navigator_state(tick, self._sweeps, self._free),
             route=_new_route(tick, last),
             differences=self._new_differences(tick, last),
+            edges=self._new_edges(tick),
             log=log,
             unstored=self._unstored,
             planning_context=(
@@ -177,6 +191,14 @@ class NavigatorServer:
         before, rows = self._contradictions, tick.memory.health.changes.persistent_rows
         self._contradictions = rows
         return None if last is not None and np.array_equal(before, rows) else map_differences(rows)
+
+    def _new_edges(self, tick: Tick) -> EdgeCells | None:
+        """Return the edges of the floor if they have changed, at most once a second."""
+        floor, now = tick.memory.floor, tick.observation.time
+        if floor is None or floor.edges is self._edges or now < self._edges_time + _EDGES_INTERVAL:
+            return None
+        self._edges, self._edges_time = floor.edges, now
+        return edge_cells(floor.edges.cells, self._grid)
 
 
 def _new_route(tick: Tick, last: Tick | None) -> RouteUpdate | None:

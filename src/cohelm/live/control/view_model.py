@@ -10,6 +10,7 @@ from cohelm.arrays import Floats, Integers
 from cohelm.health.map_changes import CELL, centres_of, connected_cells
 from cohelm.live.control.surroundings import in_view
 from cohelm.live.messages import (
+    EdgeCells,
     MapDifference,
     MapDifferences,
     NavigatorState,
@@ -18,6 +19,7 @@ from cohelm.live.messages import (
     Pose,
     RouteUpdate,
 )
+from cohelm.maps import OccupancyGrid
 from cohelm.messages import Mode, Observation, SocialSpaces
 from cohelm.navigation import Tick
 from cohelm.shapes import extent, hull_outline
@@ -30,6 +32,8 @@ MAX_DIFFERENCES = 40
 """Maximum number of places that differ from the map, the largest ones."""
 MAX_CELLS = 60
 """Maximum number of cells of one place that are sent."""
+MAX_RUNS = 4000
+"""Maximum number of runs of cells behind edges, the longest ones."""
 Points = tuple[tuple[float, float], ...]
 """Points of a line in the map frame, m."""
 
@@ -97,6 +101,18 @@ def map_differences(rows: Integers) -> MapDifferences:
     ]
     found.sort(key=lambda each: (-len(each.cells), each.kind, each.x, each.y))
     return MapDifferences(cell=CELL, found=tuple(found[:MAX_DIFFERENCES]))
+
+
+def edge_cells(cells: Integers, grid: OccupancyGrid) -> EdgeCells:
+    """Return cells (k, 2) of the map's grid as runs along the rows of its image."""
+    places = (grid.centres(cells) - grid.bounds[:2]) / grid.resolution
+    pixels = np.floor(places[:, ::-1]).astype(np.int64)
+    pixels = pixels[np.lexsort(pixels.T[::-1])]
+    steps = np.diff(pixels, axis=0, prepend=pixels[:1] - 2)
+    first = np.flatnonzero((steps != (0, 1)).any(axis=1))
+    count = np.diff(first, append=len(pixels))
+    runs = np.column_stack([pixels[first], count])[np.argsort(-count, kind="stable")[:MAX_RUNS]]
+    return EdgeCells(runs=tuple((row, col, n) for row, col, n in runs.tolist()))
 
 
 def shown_line(line: Floats) -> Points:

@@ -27,6 +27,7 @@ from .message import (
 from .scene import (
     ChairInfo,
     DoorInfo,
+    EdgeCells,
     FloorInfo,
     Limits,
     MapDifference,
@@ -79,6 +80,7 @@ __all__ = [
     "Device",
     "DoorInfo",
     "Echo",
+    "EdgeCells",
     "FloorInfo",
     "FromPage",
     "Heartbeat",

@@ -63,6 +63,15 @@ class MapDifferences(WireMessage):
     found: tuple[MapDifference, ...]
 
 
+class EdgeCells(WireMessage):
+    """All cells behind edges of the floor that the chair has found and cannot take."""
+
+    type: Literal["edge_cells"] = "edge_cells"
+    runs: tuple[tuple[int, int, int], ...]
+    """(row, column, number of cells along the row), in pixels of ``FloorInfo``; the first row is
+    at the bottom."""
+
+
 class ChairInfo(WireMessage):
     """Chair that is driven, with its outline in the base frame, m."""
 

@@ -16,7 +16,7 @@ from cohelm.live.messages.message import (
     WireMessage,
     WishKind,
 )
-from cohelm.live.messages.scene import Limits, MapDifferences, RiderSettings, SceneInfo
+from cohelm.live.messages.scene import EdgeCells, Limits, MapDifferences, RiderSettings, SceneInfo
 from cohelm.messages import Mode
 
 Role = Literal["driver", "therapist"]
@@ -306,6 +306,7 @@ ToPage = Annotated[
     | ChairState
     | RouteUpdate
     | MapDifferences
+    | EdgeCells
     | TripPlans
     | Accepted
     | Rejected
