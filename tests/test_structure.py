@@ -63,7 +63,7 @@ BUDGET = {
     "control": (8750, 56),
     "evaluation": (8075, 51),
     "health": (2125, 12),
-    "live": (10150, 64),
+    "live": (10200, 64),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5550, 38),

@@ -151,6 +151,12 @@ describe("the view in words", () => {
     );
   });
 
+  it("tells the nearest edge of the floor", () => {
+    expect(inWords({ ...state, people: [], goal: null }, [{ x: -1, y: 1.2, width: 2, height: 0.05 }])).toBe(
+      "The chair drives forward at 0.8 m/s. A step or an edge in the floor 1.2 m on the left. Nobody within 6 m.",
+    );
+  });
+
   it("tells why the chair stands, and that nobody is there", () => {
     const text = "Waiting for a person.";
     expect(inWords({ ...state, speed: 0, people: [], goal: null, reason: { code: "x", text } })).toBe(
