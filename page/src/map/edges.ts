@@ -39,8 +39,9 @@ export function stripes({ warn, warnGround }: Pick<Colours, "warn" | "warnGround
   context.lineWidth = side / 4;
   context.beginPath();
   for (const from of [-side, 0, side]) {
-    context.moveTo(from - 1, side + 1);
-    context.lineTo(from + side + 1, -1);
+    // Beyond the tile, so that no end of a line shows in a corner.
+    context.moveTo(from - side, 2 * side);
+    context.lineTo(from + 2 * side, -side);
   }
   context.stroke();
   return tile;
