@@ -1,6 +1,7 @@
 import { describe, expect, it, vi } from "vitest";
 import { chair } from "../chair.svelte";
 import type { FloorInfo, ToPage } from "../messages";
+import { surroundings } from "../surroundings.svelte";
 import { tiles } from "../view3d/markings";
 import { boxesOf, drawEdges, nearestEdge } from "./edges";
 import type { Colours } from "./palette";
@@ -30,6 +31,22 @@ describe("edges of the floor", () => {
     expect(nearestEdge([-0.5, 2.6, Math.PI], [behind, BOX], 2)).toEqual([-0.8, 2.6]);
     expect(nearestEdge([1.6, 2.6, 0], [BOX], 2)).toEqual([1.5, 2.6]);
     expect(nearestEdge([4, 2.6, 0], [BOX], 2)).toBeNull();
+  });
+
+  it("are the cause of a stop that names one, and of no other stop", () => {
+    const stops = (code: string, now: number): void => {
+      chair.heard({
+        type: "state", pose: [-1, 2.6, 0], speed: 0, command: [0, 0], link: "ready", remaining: null, people: [], free: [], closed_doors: [],
+        reason: { code, text: code },
+      } as unknown as ToPage);
+      for (let later = 0; later < 2_000; later += 100) surroundings.look(now + later);
+    };
+    chair.heard({ type: "welcome", scene: { floor: FLOOR, places: [], doors: [] } } as unknown as ToPage);
+    chair.edges = [BOX];
+    stops("edge_ahead", 10_000);
+    expect(surroundings.cause).toEqual({ thing: "edge", at: [0, 2.6] });
+    stops("keepout", 20_000);
+    expect(surroundings.cause).toBeNull();
   });
 
   it("are one outlined shape on a map that is turned", () => {
