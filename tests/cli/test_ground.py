@@ -19,7 +19,7 @@ def kerb(tmp_path):
     return file
 
 
-def test_an_edge_is_told_and_drawn_where_it_is(cohelm, kerb, tmp_path):
+def test_an_edge_is_reported_and_drawn_where_it_is(cohelm, kerb, tmp_path):
     plot = tmp_path / "ground.png"
     code, out, _ = cohelm("ground", kerb, "--plot", plot)
     assert code == 0

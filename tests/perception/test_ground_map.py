@@ -9,8 +9,14 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, PointCloud
-from cohelm.perception.ground.cells import FLOOR, LOWER
-from cohelm.perception.ground.ground_map import known_floor, update_ground, with_edges
+from cohelm.perception.ground.cells import FLOOR, LOWER, GroundCells, update_kinds
+from cohelm.perception.ground.ground_map import (
+    GroundParameters,
+    known_floor,
+    rules_of,
+    update_ground,
+    with_edges,
+)
 from cohelm.robots import load_robot
 from cohelm.simulation import FloorPiece, FloorRelief
 from cohelm.simulation.sensors import HumanBodies, StaticScene, scan_cloud
@@ -39,18 +45,26 @@ def hall():
     return OccupancyGrid(data=data, resolution=0.05, X_MG=np.zeros(3))
 
 
-def approach(pieces, *, stop=0.3, speed=0.8, seed=0, bodies=NOBODY, robot=CHAIR, error=0.01):
+def approach(
+    pieces, *, stop=0.3, speed=0.8, seed=0, bodies=NOBODY, robot=CHAIR, error=0.01, level_until=9.0
+):
     """Drive along x until the front is ``stop`` before the edge: (map, lead, pose, maps).
+
+    The floor is level until the front is ``level_until`` before the edge, m.
 
     Lead is the distance from the front at which the first edge was known, m; None: never. Poses
     are wrong by ``error`` (m; half of it in rad), new in each sweep.
     """
     grid = hall()
-    scene = StaticScene(grid=grid, cells=floor_cells(FloorRelief(pieces=pieces), grid), ceiling=2.5)
+    changed, level = (
+        StaticScene(grid=grid, cells=floor_cells(FloorRelief(pieces=each), grid), ceiling=2.5)
+        for each in (pieces, ())
+    )
     rng, lead, ground, k = np.random.default_rng(seed), None, None, 0
     pose = np.array([2.0, 3.0, 0.0])
     maps = []
     while pose[0] < EDGE - FRONT - stop:
+        scene = level if EDGE - FRONT - pose[0] > level_until else changed
         mounts = [*(robot.lidars if k % 2 == 0 else ()), *(robot.depth_cameras if k % 4 else ())]
         clouds = tuple(scan_cloud(m, scene, bodies, pose, time=0.05 * k, rng=rng) for m in mounts)
         seen = pose + rng.normal(0.0, error, 3) * [1.0, 1.0, 0.5] if error else pose
@@ -239,16 +253,41 @@ def test_edges_are_remembered_when_they_leave_the_window_and_forgotten_when_floo
 
 
 def test_remembered_edges_do_not_grow_when_they_come_back():
-    ground, _, pose, _ = approach(beyond(-0.5), stop=1.0)
-    before = len(ground.edges.cells)
-    grid, nothing = hall(), np.full((4, 3), np.nan, np.float32)
-    cloud = PointCloud(
-        time=0.0, mount=np.array(CHAIR.lidars[0].pose), points=nothing, range_max=10.0
-    )
-    for k in range(40):  # the window follows a pose that jitters by a cell
-        jittered = pose + [0.06 * (k % 2), 0.0, 0.0]
-        ground = update_ground(ground, (cloud,), jittered[None], grid, CHAIR)
-    assert len(ground.edges.cells) <= 1.05 * before
+    n = np.zeros((60, 60), dtype=np.uint8)
+    cells = GroundCells(n.astype(np.float32), n, n.astype(np.float32), n.copy(), n.copy(), n.copy())
+    cells.bound[30:36, 30:36], cells.passed[30:36, 30:36] = -np.inf, 255
+    rules = rules_of(CHAIR, 0.05, GroundParameters())
+    for _ in range(3):
+        update_kinds(cells, np.array([0.5, 1.5]), 0.0, rules)
+        assert np.count_nonzero(cells.kind == LOWER) == 36
+
+
+@pytest.mark.parametrize("depth", [0.2, 0.5, 1.2])
+def test_floor_that_goes_away_is_forgotten(depth):
+    # a platform lift that has been seen, and goes down when the chair is near
+    ground, *_ = approach(beyond(-depth), level_until=1.5)
+    at = first_edge(ground)
+    assert not np.isnan(at).any()
+    assert np.abs(at - EDGE).max() <= 0.1 + 1e-9
+
+
+def test_mirrored_returns_are_no_drop():
+    level, *_ = approach((), stop=1.5)
+    grid, rng = hall(), np.random.default_rng(0)
+    scene, pose = StaticScene(grid=grid, ceiling=2.5), np.array([EDGE - FRONT - 1.5, 3.0, 0.0])
+    ground = level
+    for k in range(20):
+        clouds = []
+        for mount in (*CHAIR.lidars, *CHAIR.depth_cameras):
+            cloud = scan_cloud(mount, scene, NOBODY, pose, time=9.0 + 0.1 * k, rng=rng)
+            # one return in ten comes from as far again, along its ray: below the floor
+            twice = np.where(rng.random((len(cloud.points), 1)) < 0.1, 2.0, 1.0)
+            points = (twice * cloud.points).astype(np.float32)
+            clouds.append(replace(cloud, points=points))
+        ground = update_ground(ground, tuple(clouds), np.tile(pose, (2, 1)), grid, CHAIR)
+    x, y = grid.centres(ground.edges.cells).T
+    # farther away, floor beyond is too sparsely seen to tell
+    assert not ((np.abs(y - 3.0) < 0.6) & (x > pose[0]) & (x < pose[0] + 2.4)).any()
 
 
 def test_edges_are_obstacles_of_the_live_layer():

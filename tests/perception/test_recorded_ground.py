@@ -85,6 +85,7 @@ def scored(name):
     return float(np.mean(hits)), float(np.mean(wrong))
 
 
+@pytest.mark.data
 @pytest.mark.parametrize(
     ("name", "found", "wrong"),
     [

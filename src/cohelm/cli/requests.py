@@ -315,10 +315,10 @@ class GroundRequest:
     ]
     json: Json = False
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw heights and edges after the end.")
+        Path | None, typer.Option(metavar="FILE", help="Save a picture of heights and edges.")
     ] = None
     robot: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="Robot whose limits make an edge.")
+        str | None, typer.Option(metavar="NAME|FILE", help="Robot whose step limits are used.")
     ] = None
     reach: Annotated[
         float, typer.Option(metavar="M", min=1.0, max=20.0, help="Distance up to which it looks.")

@@ -72,9 +72,9 @@ HAZARDS: Mapping[str, Hazard] = MappingProxyType(
         "cloud_frozen": Hazard("floor and people seem to stand still", _BRAKING, False),
         "cloud_covered": Hazard("floor and people are not seen", _BRAKING, False),
         "cloud_tilted": Hazard(
-            "the floor seems to slope", "edges are found beside each other's floor", False
+            "the floor seems to slope", "a step is still a step; beyond 6° floor is an edge", False
         ),
-        "cloud_raised": Hazard("the floor seems lower", "edges are found as before", False),
+        "cloud_raised": Hazard("the floor seems lower", "none: a step is still a step", False),
         "pose_silent": Hazard("place unknown", _BRAKING),
         "pose_frozen": Hazard("place wrong", _BRAKING),
         "pose_nan": Hazard("place unknown", _BRAKING),

@@ -251,7 +251,9 @@ def create(
         ConfigError, PluginError, ScenarioError: if a fault, scene, mode or setting does not exist.
     """
     unset(settings, COMPARED)
-    sensed = [kind for kind in FAULT_KINDS if not kind.startswith("cloud_")]  # chairs have scanners
+    sensed = [
+        kind for kind in FAULT_KINDS if not kind.startswith("cloud_")
+    ]  # its chairs have no 3-D sensor
     named = chosen_names(kinds, "--faults", sensed)
     for name in named:
         kind, _, size = name.partition(":")

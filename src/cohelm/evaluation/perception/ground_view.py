@@ -40,8 +40,9 @@ class NearestEdge:
 class RecordedGround:
     """The floor in a recording, see :mod:`cohelm.perception.ground`.
 
-    A sensor whose place on the robot is not recorded looks at the floor once: its height and tilt
-    are those over the largest plane that it sees in its first cloud.
+    A sensor whose height or tilt is not recorded looks at the floor once: they are those over the
+    largest plane that it sees in its first cloud. Of several sensors whose places on the
+    robot are unknown only the first counts.
 
     Args:
         robot: whose limits make a step an edge.
@@ -61,17 +62,21 @@ class RecordedGround:
         self._robot, self._repeats = robot, _REPEATS if only else 1
         self._parameters = GroundParameters(side=2.0 * reach + 0.5, reach=reach)
         self._poses, self._parts = EgoPoses(at_rest=only), 0
+        self._sensor: str | None = None
         self._levellers: dict[str, Leveller] = {}
         self._mounts: dict[str, Floats] = {}
 
     def add(self, frame: Frame) -> None:
         """Add the clouds of a frame."""
+        if frame.unplaced != self._sensor and self._sensor is not None and frame.unplaced:
+            return
+        self._sensor = frame.unplaced or self._sensor
         frame = self._poses(frame).frame
         parts = self._poses.parts(frame.unplaced)
-        if parts != self._parts:  # nobody knows how far the robot went between them
+        if parts != self._parts:  # the way between them is unknown
             self.ground, self._parts = None, parts
         seen = frame.observation
-        clouds = [cloud if frame.posed else self._placed(cloud, frame) for cloud in seen.clouds]
+        clouds = [self._placed(cloud, frame) for cloud in seen.clouds]
         known = tuple(cloud for cloud in clouds if math.isfinite(cloud.mount[2]))
         self.unlevel += len(clouds) - len(known)
         if not known:
@@ -95,22 +100,25 @@ class RecordedGround:
 
     def nearest_edge(self) -> NearestEdge | None:
         """The edge nearest to the robot; None: none was found."""
-        if self.ground is None or not len(self.ground.edges.cells):
+        if self.ground is None:
             return None
-        cells = self.ground.edges.cells
-        away = transform(inverse(self.pose), GRID.centres(cells))
+        kind = self.ground.kind
+        cells = np.argwhere(kind >= LOWER)
+        if not len(cells):
+            return None
+        away = transform(inverse(self.pose), GRID.centres(cells + self.ground.corner))
         i = int(np.argmin(np.hypot(*away.T)))
-        r, c = cells[i] - self.ground.corner
-        inside = 0 <= r < self.ground.kind.shape[0] and 0 <= c < self.ground.kind.shape[1]
-        higher = inside and self.ground.kind[r, c] == HIGHER
+        higher = kind[tuple(cells[i])] == HIGHER
         x, y = away[i].tolist()
         return NearestEdge("higher" if higher else "lower", math.hypot(x, y), math.atan2(y, x))
 
     def _placed(self, cloud: PointCloud, frame: Frame) -> PointCloud:
         """Cloud with the mount (6,) over the floor that it shows; NaN height without one."""
-        name = frame.unplaced
+        tilted, name = cloud.mount[3:5].any(), f"{frame.unplaced} {cloud.mount}"
+        if math.isfinite(cloud.mount[2]) and (frame.posed or tilted):
+            return cloud
         if math.isnan(cloud.mount[2]):
-            cloud, _ = self._levellers.setdefault(name, Leveller(name))(cloud)
+            cloud, _ = self._levellers.setdefault(name, Leveller(frame.unplaced))(cloud)
         if name not in self._mounts:
             level = find_level(cloud.points)
             if level is None:
@@ -118,5 +126,6 @@ class RecordedGround:
             up = level.up
             roll = math.atan2(up[1], up[2])
             pitch = -math.atan2(up[0], math.hypot(up[1], up[2]))
-            self._mounts[name] = np.array([0.0, 0.0, level.height, roll, pitch, 0.0])
+            x, y, yaw = cloud.mount[[0, 1, 5]].tolist()
+            self._mounts[name] = np.array([x, y, level.height, roll, pitch, yaw])
         return replace(cloud, mount=self._mounts[name])

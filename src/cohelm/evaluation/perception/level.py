@@ -97,7 +97,7 @@ class Level(NamedTuple):
     up: Floats
     """(3,) normal of the floor in the sensor's axes."""
     height: float
-    """Of the sensor over the floor, m."""
+    """Height of the sensor over the floor, m."""
 
 
 class _Plane(NamedTuple):
@@ -107,7 +107,7 @@ class _Plane(NamedTuple):
     standing: float
     """Share of the cells shortly above it."""
     height: float
-    """Of the sensor over it, m."""
+    """Height of the sensor over it, m."""
 
 
 def find_level(points: Floats32) -> Level | None:
@@ -134,8 +134,8 @@ def find_level(points: Floats32) -> Level | None:
         if cosine >= _LEVEL and not name:
             return Level(np.eye(3), "", plane.normal, plane.height)
         tilt = math.degrees(math.acos(min(cosine, 1.0)))
-        said = f"{name or 'z'} up, tilted by {tilt:.0f}°"
-        return Level(_axes(plane.normal, front), said, plane.normal, plane.height)
+        words = f"{name or 'z'} up, tilted by {tilt:.0f}°"
+        return Level(_axes(plane.normal, front), words, plane.normal, plane.height)
     return None
 
 

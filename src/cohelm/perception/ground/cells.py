@@ -47,6 +47,8 @@ _LEVEL, _HIGH = 0.02, 0.3
 """Returns at most this far from the chair's plane are floor on it, for sensors this high, m."""
 _STRIDE = 0.5
 """Step along a ray below the floor, cells."""
+_HANGING = 0.8
+"""Objects that begin higher have no foot on the floor, m: awnings, shutters, table tops."""
 _MIRRORED = 3
 """Cells of floor below which a ray passes before its return counts as mirrored."""
 _ALONG, _SPECK = 3, 4
@@ -130,7 +132,7 @@ def add_sweep(
         low[i, 2] -= tilt[0] + tilt[1] * (low[i, 0] - chair[0]) + tilt[2] * (low[i, 1] - chair[1])
     sensor = origin.copy()
     sensor[2] -= tilt[0] + tilt[1] * (origin[0] - chair[0]) + tilt[2] * (origin[1] - chair[1])
-    low = _without_mirrored(cells, low, sensor, -tilt[0], rules)
+    low = _without_mirrored(cells.height.shape, low, sensor, -tilt[0], rules)
     _add_floor(cells, low, chair, tilt, rules)
     _add_passing(cells, low, sensor, -tilt[0], rules)
     return tilt
@@ -231,10 +233,13 @@ def _solved(A: Floats, b: Floats) -> Floats:
 
 @callee()
 def _without_mirrored(
-    cells: GroundCells, low: Floats, sensor: Floats, level: float, rules: GroundRules
+    shape: tuple[int, int], low: Floats, sensor: Floats, level: float, rules: GroundRules
 ) -> Floats:
-    """Returns without those whose rays pass below floor that is seen: glossy floor mirrors."""
-    rows, cols = cells.height.shape
+    """Returns without those whose rays pass below floor of this sweep: glossy floor mirrors.
+
+    Floor of earlier sweeps does not count: it may have gone, as a platform lift.
+    """
+    rows, cols = shape
     lit = np.full(rows * cols, np.inf)  # lowest return that is not below the chair's floor
     for i in range(low.shape[0]):
         c, r = math.floor(low[i, 0] / rules.resolution), math.floor(low[i, 1] / rules.resolution)
@@ -254,8 +259,7 @@ def _without_mirrored(
                 k = r * cols + c
                 if 0 <= r < rows and 0 <= c < cols and k != last:
                     z = low[i, 2] + rise * t + rules.down
-                    known = cells.seen[r, c] >= _SEEN and cells.kind[r, c] == FLOOR
-                    below += z < lit[k] < np.inf or (known and z < cells.height[r, c])
+                    below += z < lit[k] < np.inf
                     last = k
                 t += _STRIDE * rules.resolution
         if below < _MIRRORED:
@@ -284,7 +288,8 @@ def _add_floor(
             continue
         cell[i], high[i] = r * cols + c, over > rules.tall + rules.slope * away
         if high[i]:
-            cells.tall[r, c] = rules.lasting + 1
+            if over < _HANGING + rules.slope * away:
+                cells.tall[r, c] = rules.lasting + 1
         else:
             least[cell[i]] = min(least[cell[i]], low[i, 2])
     total, count = np.zeros(rows * cols), np.zeros(rows * cols, dtype=np.int64)
@@ -313,9 +318,16 @@ def _add_floor(
 def _add_passing(
     cells: GroundCells, low: Floats, sensor: Floats, level: float, rules: GroundRules
 ) -> None:
-    """Note rays on their last way below the chair's floor: where they pass there is none."""
+    """Note rays on their last way below the chair's floor: where they pass there is none.
+
+    Floor that a ray passes far below, and that no return shows any more, is soon forgotten.
+    """
     rows, cols = cells.height.shape
-    fresh = np.zeros(rows * cols, dtype=np.bool_)
+    fresh, lit = np.zeros(rows * cols, dtype=np.bool_), np.zeros(rows * cols, dtype=np.bool_)
+    for i in range(low.shape[0]):
+        c, r = math.floor(low[i, 0] / rules.resolution), math.floor(low[i, 1] / rules.resolution)
+        if 0 <= r < rows and 0 <= c < cols:
+            lit[r * cols + c] = True
     for i in range(low.shape[0]):
         if low[i, 2] > level - rules.dip:
             continue
@@ -334,6 +346,8 @@ def _add_passing(
                 z = low[i, 2] + rise * t
                 if cells.passed[r, c] == 0 or z < cells.bound[r, c]:
                     cells.bound[r, c] = z
+                if not (fresh[r * cols + c] or lit[r * cols + c]):
+                    cells.seen[r, c] //= 2 if z < cells.height[r, c] - rules.down else 1
                 fresh[r * cols + c] = True
             t += _STRIDE * rules.resolution
     for k in range(rows * cols):

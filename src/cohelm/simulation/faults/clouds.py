@@ -21,14 +21,14 @@ def _frozen(o: Observation, at: FaultInput) -> Observation:
     """Repeat the last cloud of each sensor before the onset with new stamps."""
 
     def held(cloud: PointCloud) -> PointCloud:
-        same = [c for c in at.held.clouds if np.array_equal(c.mount, cloud.mount)]
+        same = [c for c in at.held.clouds if np.array_equal(c.mount, cloud.mount, equal_nan=True)]
         return replace(cloud, points=same[-1].points) if same else cloud
 
     return _each(o, held)
 
 
 def _covered(o: Observation, at: FaultInput) -> Observation:
-    """Let every beam end on what covers the lens; at 0 none returns."""
+    """Let every return come from what covers the lens; at 0 there is none."""
 
     def points(cloud: PointCloud) -> PointCloud:
         away = np.linalg.norm(cloud.points, axis=1, keepdims=True)

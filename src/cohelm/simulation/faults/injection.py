@@ -55,8 +55,8 @@ def with_faults(
         if effect is None or not fault.active(now):
             continue
         if held[i] is None:
-            known = {tuple(c.mount): c for each in recent[:-1] for c in each.clouds}
-            kept = replace(before or sound, clouds=tuple(known.values()))
+            known = {tuple(c.mount): c for each in recent for c in each.clouds if each is not sound}
+            kept = replace(before or sound, clouds=tuple(known.values()) or sound.clouds)
             held = (*held[:i], kept, *held[i + 1 :])
             held_scans = (*held_scans[:i], memory.scans or scans, *held_scans[i + 1 :])
         given = FaultInput(
