@@ -47,7 +47,9 @@ def ground(request: GroundRequest) -> int:
         from cohelm.plotting import draw_ground
 
         with Waiting("drawing"):
-            draw_ground(found.ground, GRID, robot, found.pose, request.plot, recording.name)
+            draw_ground(
+                found.ground, GRID.resolution, robot, found.pose, request.plot, recording.name
+            )
     edge = found.nearest_edge()
     if request.json:
         nearest = None if edge is None else asdict(edge)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap, to_rgba
 
 from cohelm.arrays import Floats
-from cohelm.maps import OccupancyGrid
 from cohelm.perception import GroundMap
 from cohelm.perception.ground.cells import HIGHER, LOWER, OBJECT
 from cohelm.plotting import canvas
@@ -24,21 +24,29 @@ _SPAN = 0.2
 
 def draw_ground(
     ground: GroundMap,
-    grid: OccupancyGrid,
+    resolution: float,
     robot: Robot,
     pose: Floats,
     file: Path,
     title: str = "",
 ) -> None:
-    """Draw the window of a ground map, with the robot at ``pose`` (3,).
+    """Draw the window of a ground map whose grid has its origin in (0, 0).
+
+    Args:
+        ground: the map.
+        resolution: side of its cells, m.
+        robot: drawn at ``pose`` (3,).
+        pose: X_MR.
+        file: picture to write.
+        title: of the picture.
 
     Raises:
         ConfigError: if the file cannot be written as a picture.
     """
     canvas.check_picture(file)
     rows, cols = ground.kind.shape
-    x, y = ground.corner[::-1] * grid.resolution
-    window = x, y, x + cols * grid.resolution, y + rows * grid.resolution
+    x, y = ground.corner[::-1] * resolution
+    window = x, y, x + cols * resolution, y + rows * resolution
     figure, axes = canvas.sheet(window, title)
     seen = ground.seen > 0
     over = np.clip((ground.height - ground.level) / _SPAN, -1.0, 1.0)
@@ -48,16 +56,20 @@ def draw_ground(
         _EDGE_DOWN: (ground.kind == LOWER, "behind an edge down"),
         _EDGE_UP: (ground.kind == HIGHER, "behind an edge up"),
     }
-    low, high = f"{100 * _SPAN:.0f} cm lower", f"{100 * _SPAN:.0f} cm higher"
-    shown = [(_HEIGHTS(0.0), low), (_HEIGHTS(0.5), "floor"), (_HEIGHTS(1.0), high)]
-    for colour, (where, label) in kinds.items():
-        image[where] = to_rgba(colour)
-        shown.append((colour, label))
+    shown: list[tuple[Any, str]] = [
+        (_HEIGHTS(0.0), f"{100 * _SPAN:.0f} cm lower"),
+        (_HEIGHTS(0.5), "floor"),
+        (_HEIGHTS(1.0), f"{100 * _SPAN:.0f} cm higher"),
+        (canvas.UNKNOWN, "not seen"),
+    ]
+    for tint, (where, label) in kinds.items():
+        image[where] = to_rgba(tint)
+        shown.append((tint, label))
     extent = window[0], window[2], window[1], window[3]
     axes.imshow(image, origin="lower", extent=extent, interpolation="nearest", zorder=0.3)
     axes.set(xlim=extent[:2], ylim=extent[2:])
     axes.add_patch(canvas.footprint(robot, pose, facecolor=canvas.CHAIR, zorder=5))
-    for colour, label in [*shown, (canvas.UNKNOWN, "not seen")]:
+    for colour, label in shown:
         axes.plot([], [], "s", color=colour, markeredgecolor=canvas.PLAIN_ROUTE, label=label)
     canvas.draw_legend(figure, axes)
     canvas.save(figure, file)
