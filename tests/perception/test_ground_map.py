@@ -9,7 +9,7 @@ import pytest
 from cohelm.arrays import identical
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import LiveObstacles, PointCloud
-from cohelm.perception.ground.cells import FLOOR, LOWER, GroundCells, update_kinds
+from cohelm.perception.ground.cells import FLOOR, LOWER, GroundCells
 from cohelm.perception.ground.ground_map import (
     GroundParameters,
     known_floor,
@@ -17,6 +17,7 @@ from cohelm.perception.ground.ground_map import (
     update_ground,
     with_edges,
 )
+from cohelm.perception.ground.kinds import update_kinds
 from cohelm.robots import load_robot
 from cohelm.simulation import FloorPiece, FloorRelief
 from cohelm.simulation.sensors import HumanBodies, StaticScene, scan_cloud

@@ -40,8 +40,8 @@ from cohelm.perception.ground.cells import (
     add_sweep,
     known_distance,
     stand_on,
-    update_kinds,
 )
+from cohelm.perception.ground.kinds import update_kinds
 from cohelm.perception.obstacles.obstacle_layer import (
     cells_a_side,
     shifted,
