@@ -59,6 +59,7 @@ def test_every_group_of_entry_points_is_a_known_kind():
 
 BUDGET = {
     "benchmarks": (12025, 61),
+    "buildings": (1325, 9),
     "cli": (4775, 31),
     "control": (8750, 56),
     "evaluation": (8225, 52),
@@ -81,7 +82,7 @@ BUDGET = {
     "social": (300, 4),
     "testing": (2075, 14),
     "web": (2425, 18),
-    "": (2400, 17),
+    "": (2425, 17),
 }
 """Package → (lines, files) at most; "" is the root. Who raises a number says why in the commit."""
 LONGEST = 600
@@ -179,6 +180,7 @@ def test_what_is_imported_is_what_is_declared():
         SOURCE / "testing" / "strategies.py",
         SOURCE / "evaluation" / "report" / "store.py",
         SOURCE / "cli" / "web_server.py",
+        *(SOURCE / "buildings").glob("ifc_*.py"),
         *(SOURCE / "web").glob("*.py"),
         *(SOURCE / "ros2").glob("*.py"),
         *(SOURCE / "platforms" / "luci").glob("*.py"),

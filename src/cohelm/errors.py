@@ -5,6 +5,7 @@
     │  └─ ScenarioError         an invalid scenario
     ├─ PluginError              an unknown plugin, or one that does not import
     ├─ MapError                 a map that cannot be read or written, or is inconsistent
+    ├─ BuildingError            a building model that cannot be read
     ├─ RecordingError           a bag or a cloud that cannot be read
     ├─ PlatformError            a chair that does not answer, or is lost while driving
     ├─ StoreError               stored data that cannot be read or written
@@ -78,6 +79,24 @@ class MapError(CohelmError):
         self.problem = problem
         self.file = file
         super().__init__(f"{file}: {problem}")
+
+
+class BuildingError(CohelmError):
+    """A building model that cannot be read, or lacks what it needs; always names the file.
+
+    Args:
+        problem: problem and remedy, in one line.
+        file: the model.
+        entity: class and GlobalId of the entity that is wrong, if it is one.
+    """
+
+    code = "building"
+
+    def __init__(self, problem: str, *, file: Path | str, entity: str = "") -> None:
+        self.problem = problem
+        self.file = file
+        self.entity = entity
+        super().__init__(": ".join(str(part) for part in (file, entity, problem) if part))
 
 
 class RecordingError(CohelmError):

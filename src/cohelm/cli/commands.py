@@ -10,6 +10,7 @@ import typer
 
 from cohelm.cli.options import Options, command
 from cohelm.cli.requests import (
+    BuildingRequest,
     DriveRequest,
     GroundRequest,
     Json,
@@ -82,6 +83,15 @@ def map_(request: MapRequest) -> int:
     from cohelm.cli import map_info
 
     return map_info.describe_map(request)
+
+
+@app.command()
+@takes(BuildingRequest)
+def building(request: BuildingRequest) -> int:
+    """Make maps with rooms and doors from a building's IFC model, or find them in a map."""
+    from cohelm.cli import building
+
+    return building.building(request)
 
 
 @app.command()

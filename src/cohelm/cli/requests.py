@@ -219,6 +219,33 @@ class MapRequest:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BuildingRequest:
+    """Options of ``cohelm building``."""
+
+    model: Annotated[
+        Path, typer.Argument(metavar="MODEL", help="IFC model, or a map as Nav2 map_server YAML.")
+    ]
+    storey: Annotated[
+        str | None,
+        typer.Option(metavar="NAME|N", help="Only this storey; 1 is the lowest. Default: all."),
+    ] = None
+    resolution: Annotated[
+        float, typer.Option(metavar="M", min=0.01, max=1.0, help="Side of a cell of the maps, m.")
+    ] = 0.05
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Write map, places, rooms and doors of each storey."),
+    ] = None
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace files in the folder of --out.")
+    ] = False
+    json: Json = False
+    plot: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Draw each storey to this folder.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ReplayRequest:
     """Options of ``cohelm replay``."""
 

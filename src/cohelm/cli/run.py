@@ -129,22 +129,22 @@ def _check_outputs(request: RunRequest) -> None:
         make_folder(request.out)
 
 
-def make_folder(folder: Path) -> None:
-    """Make the folder of ``--out`` if its parent exists, and check that it can be written to.
+def make_folder(folder: Path, key: str = "--out") -> None:
+    """Make the folder of an option if its parent exists, and check that it can be written to.
 
     Raises:
         ConfigError: naming the folder that is missing, or cannot be written to.
     """
     parent = folder.absolute().parent
     if not parent.is_dir():
-        raise ConfigError(f"no folder {parent}", key="--out")
+        raise ConfigError(f"no folder {parent}", key=key)
     try:
         folder.mkdir(exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as cause:
         problem = f"{folder} is not a folder to write to ({cause.strerror})"
-        raise ConfigError(problem, key="--out") from None
+        raise ConfigError(problem, key=key) from None
 
 
 def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest) -> None:

@@ -16,6 +16,7 @@ from .ride import DrawnRide, draw_ride
 from .ride_animation import AnimationStyle, animate_ride
 from .route_panels import RoutePanel, draw_error_plot, draw_route_panels
 from .scene import PlanRecord, SceneRecord, draw_plan, draw_scene
+from .storey import draw_storey
 
 __all__ = [
     "AnimationStyle",
@@ -42,5 +43,6 @@ __all__ = [
     "draw_ride",
     "draw_route_panels",
     "draw_scene",
+    "draw_storey",
     "draw_strips",
 ]

@@ -1,0 +1,285 @@
+"""Rooms and doors of a plain map, found in its free space.
+
+Regions that are wider than every passage between them become rooms: with d the distance to the
+nearest wall, a watershed of −d separates them, and two of them stay apart if d falls well below the
+maximum of each where they meet (Thrun, Learning metric-topological maps, 1998: critical lines).
+A boundary that is as narrow as a door, and no longer than one, is a door.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace, value
+from cohelm.buildings.storey import Door, Room, rooms_beside
+from cohelm.geometry import inverse, transform
+from cohelm.maps import OccupancyGrid, Places, signed_distance
+
+DOOR_WIDTHS = (0.6, 1.6)
+"""Clear widths of passages that may be doors, m."""
+_LOOSE = 1.5
+"""Extent up to which an obstacle that touches no other is furniture, m."""
+_RATIO = 1.25
+"""How much wider a room is than a passage into it."""
+_WIDENS = 1.2, 0.8
+"""A door's passage is that much wider this far from it, on both sides; m."""
+_SMALLEST = 1.5
+"""Smaller regions are part of a neighbour, m²."""
+_ANGLES = np.linspace(0.0, np.pi, 36, endpoint=False)
+
+
+@value
+class Partition:
+    """Free space divided into rooms."""
+
+    rooms: tuple[Room, ...]
+    doors: tuple[Door, ...]
+    notes: tuple[str, ...]
+
+
+def partition(
+    grid: OccupancyGrid, doors: tuple[Door, ...] = (), places: Places | None = None
+) -> Partition:
+    """Divide the free space of a map into rooms, largest first, and find the doors between them.
+
+    Args:
+        grid: the map.
+        doors: known doors, at which rooms end; their rooms are filled in.
+        places: named places; a room gets the name of the first one in it.
+    """
+    walkable = _without_furniture(~grid.blocked(), grid.resolution)
+    for door in doors:
+        _cut(walkable, door, grid)
+    clearance = signed_distance(~walkable, grid.resolution)
+    regions = _merged(*_watershed(clearance), clearance, grid.resolution)
+    sizes = np.bincount(regions.ravel())[1:] * grid.resolution**2
+    order = [i + 1 for i in np.argsort(-sizes, kind="stable") if sizes[i] >= _SMALLEST]
+    rooms = tuple(
+        _room(regions, label, number, grid, places) for number, label in enumerate(order, 1)
+    )
+    names = dict(zip(order, (room.id for room in rooms), strict=True))
+    new = _doors(regions, clearance, grid, names)
+    known = [
+        replace(door, rooms=rooms_beside(rooms, door.point, door.direction, door.depth))
+        for door in doors
+    ]
+    rest = float(sizes.sum() - sum(room.area for room in rooms))
+    small = f"{rest:.1f} m² of free space in parts below {_SMALLEST:g} m² belong to no room"
+    return Partition(rooms=rooms, doors=(*known, *new), notes=(small,) if rest >= _SMALLEST else ())
+
+
+def open_borders(
+    grid: OccupancyGrid, rooms: Sequence[Room], doors: Sequence[Door]
+) -> tuple[Door, ...]:
+    """Borders of two rooms along which the floor is free, at no door, at least as wide as one."""
+    owner = np.zeros(grid.shape, dtype=np.int64)
+    for i, room in enumerate(rooms, 1):
+        owner[room_cells(room, grid) & ~grid.blocked()] = i
+    found: list[Door] = []
+    for pair, cells in _runs(owner):
+        points = grid.centres(cells)
+        middle = points.mean(axis=0)
+        along = np.linalg.svd(points - middle)[2][0]
+        extent = np.ptp((points - middle) @ along) + grid.resolution
+        at_door = any(np.hypot(*(door.point - middle)) < door.width / 2.0 for door in doors)
+        if extent >= DOOR_WIDTHS[0] and not at_door:
+            found.append(
+                Door(
+                    id=f"border-{len(found) + 1}", kind="open border", name="", point=middle,
+                    direction=along, width=float(extent), width_from="map", depth=0.0,
+                    threshold=None, rooms=tuple(rooms[i - 1].id for i in pair),
+                )
+            )  # fmt: skip
+    return tuple(found)
+
+
+def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
+    """Cells (rows, cols) of a room."""
+    inside = np.zeros(grid.shape, dtype=np.uint8)
+    for polygon in room.polygons:
+        # Corners in 1/16 of a cell, from the centre of the first cell.
+        corners = transform(inverse(grid.X_MG), polygon) / grid.resolution - 0.5
+        cv2.fillPoly(inside, [np.round(16.0 * corners).astype(np.int32)], 1, shift=4)
+    return inside.astype(np.bool_)
+
+
+def _without_furniture(free: Booleans, resolution: float) -> Booleans:
+    """Free cells and those of loose obstacles, which divide no rooms."""
+    labels, _ = ndimage.label(~free, structure=np.ones((3, 3)))
+    out = free.copy()
+    for label, window in enumerate(ndimage.find_objects(labels), 1):
+        extent = max(part.stop - part.start for part in window)
+        border = any(
+            part.start == 0 or part.stop == size
+            for part, size in zip(window, free.shape, strict=True)
+        )
+        if extent * resolution <= _LOOSE and not border:
+            out[window] |= labels[window] == label
+    return out
+
+
+def _cut(walkable: Booleans, door: Door, grid: OccupancyGrid) -> None:
+    """Close a door, a line of two cells from wall to wall."""
+    half = 0.5 * door.width + 2.0 * grid.resolution
+    along = np.arange(-half, half, grid.resolution / 2.0)[:, None] * door.direction
+    normal = np.array([-door.direction[1], door.direction[0]]) * grid.resolution / 2.0
+    points = np.concatenate([door.point + along + side * normal for side in (-1.0, 1.0)])
+    cells = grid.cells(points[grid.contains(points)])
+    walkable[cells[:, 0], cells[:, 1]] = False
+
+
+def _watershed(clearance: Floats32) -> tuple[Integers, Floats]:
+    """Basins (rows, cols) of −clearance, from 1 on, 0 in walls; their greatest clearances (n+1,)."""
+    top = (clearance == ndimage.maximum_filter(clearance, size=3)) & (
+        clearance > DOOR_WIDTHS[0] / 2.0
+    )
+    seeds, count = ndimage.label(top, structure=np.ones((3, 3)))
+    depth = np.clip(clearance / max(float(clearance.max()), 1e-6), 0.0, 1.0)
+    markers = np.where(clearance > 0.0, seeds, -1).astype(np.int32)
+    flooded = ndimage.watershed_ift((65535 * (1.0 - depth)).astype(np.uint16), markers)
+    basins = np.where(clearance > 0.0, np.maximum(flooded, 0), 0).astype(np.int64)
+    peaks = ndimage.maximum(clearance, seeds, np.arange(count + 1))
+    return basins, np.asarray(peaks, dtype=float)
+
+
+def _borders(regions: Integers, clearance: Floats32) -> tuple[Integers, Integers, Floats]:
+    """Pairs of neighbouring cells in different regions.
+
+    Returns:
+        Regions of each pair (n, 2), the smaller one first; cell (n, 2) with the lower clearance;
+        that clearance (n,), m.
+    """
+    rows, cols = regions.shape
+    index = np.arange(rows * cols).reshape(rows, cols)
+    first = np.concatenate([index[:, :-1].ravel(), index[:-1].ravel()])
+    second = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
+    region, d = regions.ravel(), clearance.ravel()
+    apart = (region[first] != region[second]) & (region[first] > 0) & (region[second] > 0)
+    first, second = first[apart], second[apart]
+    lower = np.where(d[first] <= d[second], first, second)
+    pairs = np.sort(np.stack([region[first], region[second]], axis=1), axis=1)
+    return pairs, np.stack(np.divmod(lower, cols), axis=1), d[lower].astype(float)
+
+
+def _merged(basins: Integers, peaks: Floats, clearance: Floats32, resolution: float) -> Integers:
+    """Regions of basins, the widest borders first: those that no passage divides are one."""
+    pairs, _, saddles = _borders(basins, clearance)
+    order = np.lexsort((-saddles, pairs[:, 1], pairs[:, 0]))
+    pairs, saddles = pairs[order], saddles[order]
+    new = np.any(np.diff(pairs, axis=0, prepend=-1) != 0, axis=1)
+    pairs, saddles = pairs[new], saddles[new]
+    area = np.bincount(basins.ravel(), minlength=len(peaks)) * resolution**2
+    peak, parent = peaks.copy(), np.arange(len(peaks))
+
+    def root(i: int) -> int:
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = int(parent[i])
+        return i
+
+    for k in np.argsort(-saddles, kind="stable"):
+        a, b = root(int(pairs[k, 0])), root(int(pairs[k, 1]))
+        wide = saddles[k] > DOOR_WIDTHS[1] / 2.0
+        weak = min(peak[a], peak[b]) < _RATIO * (saddles[k] + resolution / 2.0)
+        if a != b and (wide or weak or min(area[a], area[b]) < _SMALLEST):
+            parent[b] = a
+            peak[a], area[a] = max(peak[a], peak[b]), area[a] + area[b]
+    roots = np.array([root(i) for i in range(len(parent))])
+    out: Integers = np.unique(roots[basins], return_inverse=True)[1].reshape(basins.shape)
+    return out if (basins == 0).any() else out + 1
+
+
+def _doors(
+    regions: Integers, clearance: Floats32, grid: OccupancyGrid, names: dict[int, str]
+) -> list[Door]:
+    """Borders between rooms that are as narrow and as short as doors."""
+    found: list[Door] = []
+    for pair, cells in _runs(regions):
+        door = _door(grid, clearance, cells[np.argmax(clearance[tuple(cells.T)])])
+        rooms = tuple(names[label] for label in pair if label in names)
+        if door is not None and rooms:
+            found.append(replace(door, id=f"door-{len(found) + 1}", rooms=rooms))
+    return found
+
+
+def _runs(regions: Integers) -> Iterator[tuple[tuple[int, int], Integers]]:
+    """Connected parts of the borders of regions: the pair, and cells (n, 2) along it."""
+    pairs, cells, _ = _borders(regions, np.zeros(regions.shape, dtype=np.float32))
+    for pair in np.unique(pairs, axis=0):
+        on = np.unique(cells[(pairs == pair).all(axis=1)], axis=0)
+        groups, count = ndimage.label(_mask(on), structure=np.ones((3, 3)))
+        group = groups[tuple((on - on.min(axis=0)).T)]
+        for i in range(1, count + 1):
+            yield (int(pair[0]), int(pair[1])), on[group == i]
+
+
+def _mask(cells: Integers) -> Booleans:
+    """Cells (n, 2) in a window of their own."""
+    low = cells.min(axis=0)
+    out = np.zeros(cells.max(axis=0) - low + 1, dtype=np.bool_)
+    out[tuple((cells - low).T)] = True
+    return out
+
+
+def _door(grid: OccupancyGrid, clearance: Floats32, cell: Integers) -> Door | None:
+    """Door at the middle of a border; None if its passage is too wide, narrow or long."""
+    widths, offsets = _chords(grid, clearance, grid.centres(cell))
+    best = int(np.argmin(widths))
+    direction = np.array([np.cos(_ANGLES[best]), np.sin(_ANGLES[best])])
+    width, point = float(widths[best]), grid.centres(cell) + offsets[best] * direction
+    if not DOOR_WIDTHS[0] <= width <= DOOR_WIDTHS[1]:
+        return None
+    normal = np.array([-direction[1], direction[0]])
+    for side in (-1.0, 1.0):
+        beyond, _ = _chords(grid, clearance, point + side * _WIDENS[1] * normal)
+        if beyond[best] < _WIDENS[0] * width:
+            return None
+    return Door(
+        id="", kind="passage", name="", point=point, direction=direction, width=width,
+        width_from="map", depth=0.0, threshold=None, rooms=(),
+    )  # fmt: skip
+
+
+def _chords(grid: OccupancyGrid, clearance: Floats32, point: Floats) -> tuple[Floats, Floats]:
+    """Free lengths (36,) through a point in all directions, m, and offsets of their middles."""
+    reach = np.arange(0.0, 2.0 * DOOR_WIDTHS[1], grid.resolution / 4.0)
+    rays = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
+    ends = []
+    for side in (-1.0, 1.0):
+        points = point + side * reach[:, None, None] * rays
+        cells = grid.cells(points)
+        inside = grid.contains(points)
+        rows, cols = np.where(inside[..., None], cells, 0).transpose(2, 0, 1)
+        blocked = ~inside | (clearance[rows, cols] <= 0.0)
+        first = np.where(blocked.any(axis=0), blocked.argmax(axis=0), len(reach) - 1)
+        ends.append(side * reach[first])
+    return ends[1] - ends[0], (ends[0] + ends[1]) / 2.0
+
+
+def _room(
+    regions: Integers, label: int, number: int, grid: OccupancyGrid, places: Places | None
+) -> Room:
+    """Room of a region: the outline runs along the borders of its cells."""
+    inside = np.pad(regions == label, 1)
+    rows, cols = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
+    window = inside[rows[0] - 1 : rows[-1] + 2, cols[0] - 1 : cols[-1] + 2]
+    fine = np.kron(window, np.ones((4, 4), dtype=np.bool_)).astype(np.uint8)
+    contours, _ = cv2.findContours(fine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    contours = sorted(contours, key=cv2.contourArea, reverse=True)
+    corner = np.array([cols[0] - 2, rows[0] - 2])
+    polygons = []
+    for contour in contours:
+        outline = cv2.approxPolyDP(contour, 4.0, closed=True)[:, 0]
+        if len(outline) >= 3:
+            at = (corner + (outline + 0.5) / 4.0) * grid.resolution
+            polygons.append(transform(grid.X_MG, at))
+    room = Room(
+        id=f"room-{number}", number=str(number), name="Room", polygons=tuple(polygons),
+        area=float(np.count_nonzero(window) * grid.resolution**2),
+    )  # fmt: skip
+    name = next((each.name for each in places or () if room.contains(each.point)), "")
+    return replace(room, number="", name=name) if name else room

@@ -1,0 +1,205 @@
+"""IFC models: opened and checked, their storeys, and triangle meshes of their products."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cohelm.buildings.sections import Mesh
+from cohelm.errors import BuildingError
+
+SIZE_LIMIT = 200_000_000
+"""Largest model that is read, bytes."""
+_END = b"END-ISO-10303-21;"
+_SAME_HEIGHT = 0.1
+"""Storeys closer than this are one, m."""
+
+Entity = Any
+"""Instance of an IFC entity; ifcopenshell makes its attributes at run time."""
+Watch = Callable[[Iterable[Any], int], Iterator[Any]]
+"""Passes elements on, of which there are so many, and may show progress."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class IfcLevel:
+    """Storeys of a model at one height, and the products contained in them."""
+
+    name: str
+    elevation: float
+    """Placement of the storey in the model, m."""
+    floor: float
+    """Height of its floor, m."""
+    products: tuple[Entity, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IfcModel:
+    """An opened model."""
+
+    file: Path
+    model: Any
+    unit: float
+    """Length unit, m."""
+    levels: tuple[IfcLevel, ...]
+    """Lowest first."""
+
+
+def open_ifc(file: Path) -> IfcModel:
+    """Open a model and find its storeys.
+
+    Raises:
+        BuildingError: if ifcopenshell is not installed, or the file is missing, too large,
+            incomplete, of an unknown schema, or has no length unit or no storeys.
+    """
+    try:
+        import ifcopenshell  # noqa: PLC0415  # an extra, needed by IFC models alone
+        import ifcopenshell.geom  # noqa: PLC0415
+    except ImportError as cause:
+        missing = isinstance(cause, ModuleNotFoundError) and cause.name == "ifcopenshell"
+        why = "ifcopenshell is not installed" if missing else f"it does not load ({cause})"
+        problem = f"reading IFC needs ifcopenshell; {why}: pip install 'cohelm[building]'"
+        raise BuildingError(problem, file=file) from None
+    _check_text(file)
+    try:
+        model: Any = ifcopenshell.open(str(file))
+    except (ifcopenshell.Error, OSError, RuntimeError) as cause:
+        raise BuildingError(f"not a readable IFC model ({cause})", file=file) from None
+    unit = _length_unit(model, file)
+    return IfcModel(file=file, model=model, unit=unit, levels=_levels(model, unit, file))
+
+
+def meshes(model: IfcModel, products: Iterable[Entity], watch: Watch) -> dict[int, Mesh]:
+    """Meshes of products by their entity number, in m; those without a readable body are absent."""
+    import ifcopenshell.geom  # noqa: PLC0415
+
+    settings = ifcopenshell.geom.settings()
+    settings.set("use-world-coords", True)
+    wanted = [each for each in products if each.Representation is not None]
+    if not wanted:
+        return {}
+    found: dict[int, Mesh] = {}
+    shapes: Any = ifcopenshell.geom.iterator(settings, model.model, 1, include=wanted)
+    for shape in watch(_shapes(shapes), len(wanted)):
+        vertices = np.array(shape.geometry.verts).reshape(-1, 3)
+        faces = np.array(shape.geometry.faces, dtype=np.int64).reshape(-1, 3)
+        if len(faces) and np.isfinite(vertices).all():
+            found[shape.id] = Mesh(vertices=vertices, faces=faces)
+    return found
+
+
+def placement(model: IfcModel, product: Entity) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Pose of a product in the model (4, 4), m.
+
+    Raises:
+        BuildingError: if its placement cannot be read; names entity and GlobalId.
+    """
+    import ifcopenshell.util.placement  # noqa: PLC0415
+
+    try:
+        matrix = np.array(
+            ifcopenshell.util.placement.get_local_placement(product.ObjectPlacement), dtype=float
+        )
+    except (AttributeError, TypeError, ValueError, RecursionError):
+        raise BuildingError(
+            "its placement cannot be read", file=model.file, entity=entity_name(product)
+        ) from None
+    matrix[:3, 3] *= model.unit
+    return matrix
+
+
+def entity_name(entity: Entity) -> str:
+    """Class, GlobalId and name of an entity, for messages."""
+    name = f" {entity.Name!r}" if getattr(entity, "Name", None) else ""
+    return f"{entity.is_a()} {entity.GlobalId}{name}"
+
+
+def _check_text(file: Path) -> None:
+    try:
+        size = file.stat().st_size
+        if size > SIZE_LIMIT:
+            limit = f"{size / 1e6:.0f} MB are more than the limit of {SIZE_LIMIT / 1e6:.0f} MB"
+            raise BuildingError(limit, file=file)
+        with file.open("rb") as stream:
+            head = stream.read(4096)
+            stream.seek(max(size - 4096, 0))
+            tail = stream.read()
+    except OSError as cause:
+        raise BuildingError(f"cannot be read ({cause.strerror})", file=file) from None
+    if b"ISO-10303-21" not in head:
+        raise BuildingError("not an IFC model: it does not begin as a STEP file", file=file)
+    if _END not in tail:
+        raise BuildingError(f"incomplete: {_END.decode()} is missing at its end", file=file)
+
+
+def _length_unit(model: Any, file: Path) -> float:
+    import ifcopenshell.util.unit  # noqa: PLC0415
+
+    projects = model.by_type("IfcProject")
+    if not projects:
+        raise BuildingError("no IfcProject", file=file)
+    unit = ifcopenshell.util.unit.get_project_unit(model, "LENGTHUNIT")
+    if unit is None:
+        raise BuildingError(
+            "no length unit (LENGTHUNIT) in UnitsInContext", file=file, entity=_id(projects[0])
+        )
+    return float(ifcopenshell.util.unit.calculate_unit_scale(model))
+
+
+def _id(entity: Entity) -> str:
+    return f"{entity.is_a()} {entity.GlobalId}"
+
+
+def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
+    import ifcopenshell.util.element  # noqa: PLC0415
+
+    storeys = model.by_type("IfcBuildingStorey")
+    if not storeys:
+        raise BuildingError("no IfcBuildingStorey", file=file)
+    unplaced = IfcModel(file=file, model=model, unit=unit, levels=())
+    heights = {each.id(): float(placement(unplaced, each)[2, 3]) for each in storeys}
+    groups: list[list[Entity]] = []
+    for storey in sorted(storeys, key=lambda each: heights[each.id()]):
+        near = groups and heights[storey.id()] - heights[groups[-1][0].id()] < _SAME_HEIGHT
+        groups[-1].append(storey) if near else groups.append([storey])
+    levels = []
+    for group in groups:
+        names = [each.Name or each.GlobalId for each in group]
+        notes = []
+        if len(group) > 1:
+            notes.append(f"the storeys {', '.join(names)} are at one height and were joined")
+        for each in group:
+            given = (each.Elevation or 0.0) * unit
+            if abs(given - heights[each.id()]) > 0.01:
+                notes.append(
+                    f"{entity_name(each)}: Elevation {given:.2f} m was ignored, it is placed at "
+                    f"{heights[each.id()]:.2f} m"
+                )
+        products = [
+            each
+            for storey in group
+            for each in ifcopenshell.util.element.get_decomposition(storey)
+            if each.is_a("IfcProduct")
+        ]
+        levels.append(
+            IfcLevel(
+                name=" / ".join(dict.fromkeys(names)),
+                elevation=heights[group[0].id()],
+                floor=heights[group[0].id()],
+                products=tuple({each.id(): each for each in products}.values()),
+                notes=tuple(notes),
+            )
+        )
+    return tuple(levels)
+
+
+def _shapes(iterator: Any) -> Iterator[Any]:
+    if iterator.initialize():
+        while True:
+            yield iterator.get()
+            if not iterator.next():
+                return

@@ -1,0 +1,330 @@
+"""Storeys of an IFC model: the map that a chair meets, rooms from spaces, doors, lifts, stairs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import shapely
+from scipy import ndimage
+
+from cohelm.arrays import Booleans, Floats
+from cohelm.buildings.free_space import open_borders, partition
+from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, Opening, door_openings, joined, lining_posts
+from cohelm.buildings.ifc_file import (
+    Entity,
+    IfcLevel,
+    IfcModel,
+    Watch,
+    entity_name,
+    meshes,
+    open_ifc,
+)
+from cohelm.buildings.sections import Mesh, covered_cells, touched_cells, upward
+from cohelm.buildings.storey import BuildingStorey, LinkKind, Room, StoreyLink
+from cohelm.errors import BuildingError
+from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+BAND = (0.05, 1.2)
+"""Heights above the floor at which a chair and its rider meet things, m."""
+HEADROOM = 2.0
+"""Height above the floor up to which stairs are in the way, m: floor below them is low."""
+_STEP = 0.05
+"""Largest height of a floor above the storey's, m; higher ones are steps."""
+_MARGIN = 0.5
+"""Around the building on its map, m."""
+_MOST_CELLS = 40_000_000
+_NO_OBSTACLE = ("IfcFeatureElement", "IfcVirtualElement", "IfcDoor")
+_FLOORS = ("IfcSlab", "IfcCovering", "IfcRamp", "IfcRampFlight")
+_LINKS: dict[str, LinkKind] = {
+    "IfcTransportElement": "lift", "IfcStair": "stairs", "IfcStairFlight": "stairs",
+    "IfcRamp": "ramp", "IfcRampFlight": "ramp",
+}  # fmt: skip
+_STAIRS = ("IfcStair", "IfcStairFlight", "IfcRamp", "IfcRampFlight")
+_NO_LIFTS = {"ESCALATOR", "MOVINGWALKWAY", "CRANEWAY", "LIFTINGGEAR"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Bodies:
+    """Meshes of a model by entity number, and the products that they belong to."""
+
+    meshes: dict[int, Mesh]
+    solids: tuple[Mesh, ...]
+    """Of all products that can be in the way."""
+    stairs: tuple[Mesh, ...]
+    """Those of stairs and ramps among them."""
+    floors: Floats
+    """Level triangles (t, 3, 3) of slabs, coverings and ramps, m."""
+
+
+def read_ifc(
+    file: Path, *, storey: str | None, resolution: float, watch: Watch
+) -> tuple[BuildingStorey, ...]:
+    """Storeys of an IFC model, lowest first; see :func:`~cohelm.buildings.read_building`.
+
+    Raises:
+        BuildingError: if the model cannot be read, has no such storey, or needs too many cells.
+    """
+    model = open_ifc(file)
+    chosen = _chosen(model, storey)
+    products = [*model.model.by_type("IfcElement"), *model.model.by_type("IfcSpace")]
+    bodies = _bodies(products, meshes(model, products, watch))
+    levels = _by_height(model, bodies)
+    return tuple(
+        _storey(model, level, bodies, resolution)
+        for level, wanted in zip(levels, model.levels, strict=True)
+        if wanted in chosen
+    )
+
+
+def _chosen(model: IfcModel, storey: str | None) -> Sequence[IfcLevel]:
+    if storey is None:
+        return model.levels
+    named = [each for each in model.levels if each.name.casefold() == storey.strip().casefold()]
+    if not named and storey.isdecimal() and 1 <= int(storey) <= len(model.levels):
+        named = [model.levels[int(storey) - 1]]
+    if not named:
+        names = ", ".join(f"{i} {each.name!r}" for i, each in enumerate(model.levels, 1))
+        raise BuildingError(f"no storey {storey!r}: there are {names}", file=model.file)
+    return named
+
+
+def _bodies(products: Iterable[Entity], found: dict[int, Mesh]) -> _Bodies:
+    bodied = [each for each in products if each.id() in found]
+    solids = [
+        found[each.id()]
+        for each in bodied
+        if each.is_a("IfcElement") and not any(map(each.is_a, _NO_OBSTACLE))
+    ]
+    stairs = [found[each.id()] for each in bodied if any(map(each.is_a, _STAIRS))]
+    floors = [found[each.id()].triangles for each in bodied if any(map(each.is_a, _FLOORS))]
+    level = np.concatenate(floors) if floors else np.empty((0, 3, 3))
+    return _Bodies(
+        meshes=found, solids=tuple(solids), stairs=tuple(stairs), floors=level[upward(level)]
+    )
+
+
+def _by_height(model: IfcModel, bodies: _Bodies) -> list[IfcLevel]:
+    """Levels at the heights of their floors, each with the doors and spaces that stand on it.
+
+    Doors and spaces in no storey, or at a height that only another storey has, change over.
+    """
+    floors = np.array([_floor_height(level, bodies) for level in model.levels])
+    held = [{each.id() for each in level.products} for level in model.levels]
+    moved: list[list[Entity]] = [[] for _ in model.levels]
+    notes: list[list[str]] = [[] for _ in model.levels]
+    gone: set[tuple[int, int]] = set()
+    for product in (*model.model.by_type("IfcDoor"), *model.model.by_type("IfcSpace")):
+        body, key = bodies.meshes.get(product.id()), product.id()
+        off = np.abs(floors - (np.inf if body is None else body.bounds[0, 2]))
+        fits = int(np.argmin(off))
+        if off[fits] > DIFFERENT_LEVEL:
+            continue
+        owners = [i for i, ids in enumerate(held) if key in ids]
+        gone |= {(i, key) for i in owners if off[i] > DIFFERENT_LEVEL}
+        if all(off[i] > DIFFERENT_LEVEL for i in owners):
+            moved[fits].append(product)
+            where = " and ".join(repr(model.levels[i].name) for i in owners) or "no storey"
+            notes[fits].append(f"{entity_name(product)} is in {where}; by its height it is here")
+    return [
+        replace(
+            level,
+            floor=float(floors[i]),
+            products=(*(e for e in level.products if (i, e.id()) not in gone), *moved[i]),
+            notes=(*level.notes, *notes[i]),
+        )
+        for i, level in enumerate(model.levels)
+    ]
+
+
+def _storey(model: IfcModel, level: IfcLevel, bodies: _Bodies, resolution: float) -> BuildingStorey:
+    notes, floor = [*level.notes, *_bodiless(level, bodies)], level.floor
+    spaces = [each for each in level.products if each.is_a("IfcSpace")]
+    if abs(floor - level.elevation) > 0.03:
+        off = floor - level.elevation
+        notes.append(f"the floor is {off:+.2f} m from the height of the storey")
+    rooms = [room for each in spaces if (room := _room(each, bodies, floor, notes)) is not None]
+    openings = door_openings(model, level.products, bodies.meshes, (floor, floor + BAND[1]), notes)
+    grid = _grid(bodies, rooms, openings, floor, resolution, level, model, notes)
+    free = bool(np.any(~grid.blocked()))
+    if not free:
+        notes.append("no free floor: no map is written")
+    if rooms or not free:
+        doors = tuple(joined(each, rooms) for each in openings)
+        doors = (*doors, *open_borders(grid, rooms, doors))
+    else:
+        found = partition(grid, tuple(joined(each, ()) for each in openings))
+        rooms, doors = list(found.rooms), found.doors
+        notes.append("no spaces on this storey: the rooms are the parts of the free floor")
+    apart = [door.id for door in doors if not door.rooms]
+    if apart:
+        notes.append(f"doors that join no room: {', '.join(apart)}")
+    return BuildingStorey(
+        name=level.name, elevation=floor, grid=grid, rooms=tuple(rooms), doors=doors,
+        links=tuple(_links(level.products, bodies)), notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _bodiless(level: IfcLevel, bodies: _Bodies) -> list[str]:
+    kinds = ("IfcWall", "IfcColumn", "IfcSlab", "IfcSpace", "IfcFurnishingElement")
+    lost = [
+        each
+        for each in level.products
+        if any(map(each.is_a, kinds)) and each.id() not in bodies.meshes and not each.IsDecomposedBy
+    ]
+    if not lost:
+        return []
+    more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
+    return [f"no readable geometry: {entity_name(lost[0])}{more}"]
+
+
+def _floor_height(level: IfcLevel, bodies: _Bodies) -> float:
+    """Height of most of the floor: of spaces, else of the largest slab top near the storey, m."""
+    spaces = [e.id() for e in level.products if e.is_a("IfcSpace") and e.id() in bodies.meshes]
+    bottoms = [bodies.meshes[each].bounds[0, 2] for each in spaces]
+    near = [z for z in bottoms if abs(z - level.elevation) < 0.5]
+    if near:
+        return float(np.median(near))
+    z = bodies.floors[:, :, 2].mean(axis=1)
+    flat = bodies.floors[np.abs(z - level.elevation) < 0.3]
+    if not len(flat):
+        return level.elevation
+    edges = flat[:, 1:, :2] - flat[:, :1, :2]
+    area = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    heights, which = np.unique(np.round(flat[:, :, 2].mean(axis=1), 2), return_inverse=True)
+    areas = np.bincount(which, area)
+    return float(heights[areas > 0.5 * areas.max()].max())  # a covering lies on its slab
+
+
+def _room(space: Entity, bodies: _Bodies, floor: float, notes: list[str]) -> Room | None:
+    """Room of a space: the union of the level triangles at its bottom."""
+    mesh = bodies.meshes.get(space.id())
+    if mesh is None:
+        return None
+    bottom = mesh.bounds[0, 2]
+    if abs(bottom - floor) > 0.3:
+        notes.append(f"{entity_name(space)} lies {bottom - floor:+.2f} m from the floor")
+    triangles = mesh.triangles
+    low = upward(triangles) & (triangles[:, :, 2].max(axis=1) < bottom + 0.05)
+    outline = shapely.union_all(
+        shapely.make_valid(shapely.polygons(triangles[low][:, :, :2])), grid_size=1e-4
+    )
+    parts = [each for each in shapely.get_parts(outline) if each.area > 1e-3]
+    if not parts:
+        notes.append(f"{entity_name(space)} has no floor: left out")
+        return None
+    parts.sort(key=lambda each: -each.area)
+    return Room(
+        id=space.GlobalId,
+        number=(space.Name or "").strip(),
+        name=(space.LongName or "").strip(),
+        polygons=tuple(
+            np.array(shapely.get_coordinates(each.exterior.simplify(1e-3)))[:-1] for each in parts
+        ),
+        area=float(sum(each.area for each in parts)),
+    )
+
+
+def _grid(
+    bodies: _Bodies,
+    rooms: Sequence[Room],
+    openings: Sequence[Opening],
+    floor: float,
+    resolution: float,
+    level: IfcLevel,
+    model: IfcModel,
+    notes: list[str],
+) -> OccupancyGrid:
+    """Map of a storey: free floor where something carries the chair, solids in the band on top."""
+    z = bodies.floors[:, :, 2]
+    near = (z.min(axis=1) > floor - 0.1) & (z.max(axis=1) < floor + _STEP)
+    floors = bodies.floors[near]
+    low, high = floor + BAND[0], floor + BAND[1]
+    solids = [m for m in bodies.solids if m.bounds[0, 2] < high and m.bounds[1, 2] > low]
+    corners = [floors[:, :, :2].reshape(-1, 2), *(p for room in rooms for p in room.polygons)]
+    corners += [each.rectangle() for each in openings]
+    if not len(floors) and not rooms:
+        corners += [mesh.bounds[:, :2] for mesh in solids]
+    points = np.concatenate(corners)
+    empty = _empty_grid(points, resolution, level, model)
+    solid = touched_cells([*solids, *lining_posts(openings, low, high)], empty, low, high)
+    solid |= touched_cells(bodies.stairs, empty, low, floor + HEADROOM)
+    free = covered_cells(floors, empty)
+    doorways = covered_cells(_fans([each.rectangle(resolution) for each in openings]), empty)
+    if openings and not len(floors) and not rooms:
+        notes.append("no floor in the model: what the walls enclose is taken as floor")
+        filled: Booleans = ndimage.binary_fill_holes(solid | doorways)
+        free = filled & ~solid
+    bare = []
+    for room in rooms:
+        cells = covered_cells(_fans(room.polygons), empty)
+        if np.count_nonzero(free & cells) < 0.5 * np.count_nonzero(cells):
+            bare.append(room.label)
+            free |= cells
+    if bare:
+        notes.append(f"no slab below {', '.join(bare)}: its outline is taken as floor")
+    data = np.full(empty.shape, UNKNOWN, dtype=np.int8)
+    data[free | doorways] = FREE
+    data[solid] = OCCUPIED
+    return OccupancyGrid(data=data, resolution=resolution, X_MG=empty.X_MG)
+
+
+def _empty_grid(
+    points: Floats, resolution: float, level: IfcLevel, model: IfcModel
+) -> OccupancyGrid:
+    """Grid around points (k, 2), m, with its origin at a multiple of the resolution."""
+    if not len(points):
+        points = np.zeros((1, 2))
+    low = np.floor((points.min(axis=0) - _MARGIN) / resolution)
+    high = np.ceil((points.max(axis=0) + _MARGIN) / resolution)
+    cols, rows = (high - low).tolist()
+    if rows * cols > _MOST_CELLS:
+        raise BuildingError(
+            f"storey {level.name!r} spans {cols * resolution:.0f} × {rows * resolution:.0f} m: "
+            f"more than {_MOST_CELLS / 1e6:.0f} million cells; use a larger --resolution, as "
+            f"{math.ceil(100 * resolution * math.sqrt(rows * cols / _MOST_CELLS)) / 100:g}",
+            file=model.file,
+        )
+    return OccupancyGrid(
+        data=np.zeros((int(rows), int(cols)), dtype=np.int8),
+        resolution=resolution,
+        X_MG=np.array([*(low * resolution), 0.0]),
+    )
+
+
+def _fans(polygons: Iterable[Floats]) -> Floats:
+    """Triangles (t, 3, 3) that cover simple polygons (k, 2)."""
+    parts = [np.empty((0, 3, 2))]
+    for polygon in polygons:
+        triangulated = shapely.constrained_delaunay_triangles(shapely.polygons(polygon))
+        corners = shapely.get_coordinates(shapely.get_parts(triangulated))
+        parts.append(corners.reshape(-1, 4, 2)[:, :3])
+    flat = np.concatenate(parts)
+    return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
+
+
+def _links(products: Iterable[Entity], bodies: _Bodies) -> Iterable[StoreyLink]:
+    """Lifts, stairs and ramps; stairs and their flights are one."""
+
+    def parts(product: Entity) -> list[Entity]:
+        below = [e for link in product.IsDecomposedBy for e in link.RelatedObjects]
+        return [product, *(part for each in below for part in parts(each))]
+
+    for product in products:
+        kind = next((_LINKS[k] for k in _LINKS if product.is_a(k)), None)
+        whole = [link.RelatingObject for link in getattr(product, "Decomposes", ())]
+        if kind is None or any(e.is_a(k) for e in whole for k in _LINKS):
+            continue
+        if getattr(product, "PredefinedType", None) in _NO_LIFTS:
+            continue
+        found = [bodies.meshes[e.id()] for e in parts(product) if e.id() in bodies.meshes]
+        if found:
+            points = np.concatenate([mesh.vertices[:, :2] for mesh in found])
+            hull = shapely.get_coordinates(shapely.MultiPoint(points).convex_hull)[:-1]
+            if len(hull) >= 3:
+                yield StoreyLink(
+                    id=product.GlobalId, kind=kind, name=product.Name or "", polygon=hull
+                )

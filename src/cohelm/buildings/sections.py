@@ -1,0 +1,189 @@
+"""Cells that solids cover between two heights: exact sections of triangle meshes along scanlines.
+
+The plane y = const cuts a triangle in a segment, and the band of heights clips that segment; its
+x-interval is the projection of the clipped triangle. Points deep inside a solid, whose surface lies
+above and below the band, are those where a ray along x at one height is inside the mesh.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
+from cohelm.maps import OccupancyGrid
+
+FINENESS = 0.01
+"""Maximum distance of scanlines, m: thinner parts along x may be missed."""
+_FACE = 1e-3
+"""Solids lose this at their faces, m: a wall beside a cell's border stays out of that cell."""
+
+
+@value
+class Mesh:
+    """Triangle mesh of one product; model frame, m."""
+
+    vertices: Annotated[Floats, Shape("v 3")]
+    faces: Annotated[Integers, Shape("f 3")]
+
+    @property
+    def triangles(self) -> Floats:
+        """Corners (f, 3, 3), m."""
+        corners: Floats = self.vertices[self.faces]
+        return corners
+
+    @property
+    def bounds(self) -> Floats:
+        """Lowest and highest corner (2, 3), m."""
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
+
+
+def touched_cells(meshes: Iterable[Mesh], grid: OccupancyGrid, low: float, high: float) -> Booleans:
+    """Cells (rows, cols) that solids touch between two heights, m.
+
+    A part of at least 2 mm by ``FINENESS`` marks each cell that it reaches into. A surface without
+    volume marks the cells below it.
+    """
+    left, bottom = grid.X_MG[:2]
+    lines = math.ceil(grid.resolution / FINENESS)
+    z = low + 0.3173 * (high - low)  # no height at which models have edges
+    out = np.zeros(grid.shape, dtype=np.bool_)
+    marks = [(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
+    for mesh in meshes:
+        triangles = mesh.triangles
+        heights = triangles[:, :, 2]
+        triangles = triangles[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
+        line, ends, normal = _cuts(
+            triangles, bottom, grid.resolution / lines, grid.shape[0] * lines
+        )
+        parts = _clipped(line, ends, low, high), _inside(line, ends, normal, z)
+        rows, x = (np.concatenate(part) for part in zip(*parts, strict=True))
+        first = np.floor((x[:, 0] + _FACE - left) / grid.resolution)
+        last = np.floor((x[:, 1] - _FACE - left) / grid.resolution)
+        marks.append((rows // lines, first, last))
+        if not np.any(first <= last):
+            _mark_sheets(out, triangles, grid, low, high)
+    _mark(out, *(np.concatenate(part) for part in zip(*marks, strict=True)))
+    return out
+
+
+def covered_cells(triangles: Floats, grid: OccupancyGrid) -> Booleans:
+    """Cells (rows, cols) whose centres lie below triangles (t, 3, 3), m."""
+    out = np.zeros(grid.shape, dtype=np.bool_)
+    if len(triangles):
+        left, bottom = grid.X_MG[:2]
+        line, ends, _ = _cuts(triangles, bottom, grid.resolution, grid.shape[0])
+        rows, intervals = _clipped(line, ends, -np.inf, np.inf)
+        columns = (intervals - left) / grid.resolution - 0.5
+        _mark(out, rows, np.ceil(columns[:, 0]), np.floor(columns[:, 1]))
+    return out
+
+
+def upward(triangles: Floats) -> Booleans:
+    """True (t,) for triangles (t, 3, 3) that are level, or slope by less than 25 %."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    level: Booleans = np.abs(normal[:, 2]) > 0.97 * np.linalg.norm(normal, axis=1)
+    return level
+
+
+def _cuts(
+    triangles: Floats, bottom: float, step: float, lines: int
+) -> tuple[Integers, Floats, Floats]:
+    """Segments in which scanlines cut triangles (t, 3, 3).
+
+    Args:
+        triangles: m.
+        bottom: lower border of the grid, m.
+        step: distance of the scanlines, m; the first lies half of it above ``bottom``.
+        lines: their number.
+
+    Returns:
+        Scanline of each segment (n,), its ends (n, 2, 2) as x and z, m, and the x component of the
+        triangle's normal (n,).
+    """
+    edges = triangles[:, 1:] - triangles[:, :1]
+    normal = edges[:, 0, 1] * edges[:, 1, 2] - edges[:, 0, 2] * edges[:, 1, 1]
+    order = np.argsort(triangles[:, :, 1], axis=1)
+    p = np.take_along_axis(triangles, order[:, :, None], axis=1)
+    # Scanline y belongs to a triangle if y_min < y ≤ y_max, so that common edges count once.
+    level = (p[:, :, 1] - bottom) / step - 0.5
+    first = np.maximum(np.floor(level[:, 0]) + 1, 0).astype(np.int64)
+    last = np.minimum(np.floor(level[:, 2]), lines - 1).astype(np.int64)
+    count = np.maximum(last - first + 1, 0)
+    which = np.repeat(np.arange(len(p)), count)
+    start = np.repeat(np.cumsum(count) - count, count)
+    line = np.arange(count.sum()) - start + first[which]
+    y = bottom + (line + 0.5) * step
+    q = p[which]
+    lower = (line <= level[which, 1])[:, None]
+    a, b = np.where(lower, q[:, 0], q[:, 1]), np.where(lower, q[:, 1], q[:, 2])
+    ends = np.stack([_at(q[:, 0], q[:, 2], y), _at(a, b, y)], axis=1)
+    return line, ends, normal[which]
+
+
+def _at(a: Floats, b: Floats, y: Floats) -> Floats:
+    """Points (n, 2), as x and z, of the lines from a to b (n, 3) at y (n,)."""
+    rise = b[:, 1] - a[:, 1]
+    t = np.clip((y - a[:, 1]) / np.where(rise > 0.0, rise, 1.0), 0.0, 1.0)
+    return (a + t[:, None] * (b - a))[:, ::2]
+
+
+def _clipped(line: Integers, ends: Floats, low: float, high: float) -> tuple[Integers, Floats]:
+    """Scanlines (m,) and x-intervals (m, 2) of the parts of segments (n, 2, 2) in a band."""
+    z = ends[:, :, 1]
+    part = (z.max(axis=1) > low) & (z.min(axis=1) < high)
+    line, ends, z = line[part], ends[part], z[part]
+    rise = z[:, 1] - z[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.sort((np.array([[low, high]]) - z[:, :1]) / rise[:, None], axis=1)
+    t = np.where((rise == 0.0)[:, None], [[0.0, 1.0]], np.clip(t, 0.0, 1.0))
+    x = ends[:, :1, 0] + t * (ends[:, 1:, 0] - ends[:, :1, 0])
+    return line, np.sort(x, axis=1)
+
+
+def _inside(line: Integers, ends: Floats, normal: Floats, z: float) -> tuple[Integers, Floats]:
+    """Scanlines (m,) and x-intervals (m, 2) inside a closed mesh at height z, by winding number."""
+    above = ends[:, :, 1] > z
+    cross = above[:, 0] != above[:, 1]
+    line, ends = line[cross], ends[cross]
+    t = (z - ends[:, 0, 1]) / (ends[:, 1, 1] - ends[:, 0, 1])
+    x = ends[:, 0, 0] + t * (ends[:, 1, 0] - ends[:, 0, 0])
+    order = np.lexsort((x, line))
+    line, x = line[order], x[order]
+    wound = np.cumsum(-np.sign(normal[cross][order]))
+    # A mesh with a hole does not close some scanlines; they must not fill the next ones.
+    new = np.flatnonzero(np.diff(line, prepend=-1))
+    before = np.concatenate([[0.0], wound])[new]
+    sizes = np.diff(np.append(new, len(line)))
+    closed = np.repeat(wound[new + sizes - 1] == before, sizes)
+    solid = (wound - np.repeat(before, sizes) != 0.0) & closed
+    solid[new + sizes - 1] = False
+    i = np.flatnonzero(solid)
+    return line[i], np.stack([x[i], x[i + 1]], axis=1) if len(i) else np.empty((0, 2))
+
+
+def _mark(out: Booleans, rows: Integers, first: Floats, last: Floats) -> None:
+    """Set columns ``first`` to ``last``, both included, of rows."""
+    rows_all, cols = out.shape
+    a = np.clip(first, 0, cols).astype(np.int64)
+    b = np.clip(last + 1, 0, cols).astype(np.int64)
+    some = (a < b) & (rows >= 0) & (rows < rows_all)
+    delta = np.zeros((rows_all, cols + 1), dtype=np.int32)
+    np.add.at(delta, (rows[some], a[some]), 1)
+    np.add.at(delta, (rows[some], b[some]), -1)
+    out |= np.cumsum(delta, axis=1)[:, :-1] > 0
+
+
+def _mark_sheets(
+    out: Booleans, corners: Floats, grid: OccupancyGrid, low: float, high: float
+) -> None:
+    """Mark the cells below vertical triangles (t, 3, 3), by points along their edges in a band."""
+    for a, b in ((0, 1), (1, 2), (2, 0)):
+        longest = np.linalg.norm(corners[:, b] - corners[:, a], axis=1).max(initial=0.0)
+        t = np.linspace(0.0, 1.0, math.ceil(2.0 * longest / grid.resolution) + 2)[:, None, None]
+        points = (corners[:, a] + t * (corners[:, b] - corners[:, a])).reshape(-1, 3)
+        points = points[(points[:, 2] > low) & (points[:, 2] < high), :2]
+        cells = grid.cells(points[grid.contains(points)])
+        out[cells[:, 0], cells[:, 1]] = True

@@ -1,0 +1,124 @@
+"""One storey of a building: its map, rooms, doors, and the ways to other storeys."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cohelm.arrays import Annotated, Floats, Shape, value
+from cohelm.geometry import distance_to_polygon
+from cohelm.maps import OccupancyGrid
+
+DoorKind = Literal["door", "opening", "open border", "passage"]
+"""A door of the model, an opening in a wall without a door, a border of two rooms without a wall,
+or a narrow passage of a map."""
+LinkKind = Literal["lift", "stairs", "ramp"]
+
+
+@value
+class Room:
+    """Area of a storey with a name."""
+
+    id: str
+    """GlobalId in an IFC model; ``room-3`` from a plain map."""
+    number: str
+    name: str
+    """May be empty."""
+    polygons: tuple[Floats, ...]
+    """Outlines (k, 2) of the parts, largest first; map frame, m. Holes are left out."""
+    area: float
+    """Without holes in the floor, m²."""
+
+    @property
+    def label(self) -> str:
+        """Number and name, one of them if the other is empty or contained in it."""
+        number, name = self.number, self.name
+        if name.casefold() in number.casefold():
+            return number
+        return name if number.casefold() in name.casefold().split() else f"{number} {name}"
+
+    def contains(self, point: ArrayLike) -> bool:
+        """Check that a map point (2,) lies in the room."""
+        x, y = np.asarray(point, dtype=float)
+        return any(distance_to_polygon(each, x, y) < 0.0 for each in self.polygons)
+
+
+@value
+class Door:
+    """Door, or opening in a wall, that a chair may pass."""
+
+    id: str
+    kind: DoorKind
+    name: str
+    point: Annotated[Floats, Shape("2")]
+    """Centre of the opening; map frame, m."""
+    direction: Annotated[Floats, Shape("2")]
+    """Unit vector along the wall; map frame."""
+    width: float
+    """Clear width, m."""
+    width_from: str
+    """Source of the width: ``opening less lining``, ``opening``, ``overall width``, ``map``."""
+    depth: float
+    """Thickness of the wall, m; 0 if unknown."""
+    threshold: float | None
+    """Height of the threshold, m; None: unknown."""
+    rooms: tuple[str, ...]
+    """Ids of the rooms that it joins, 0 to 2; other sides are outside, or floor in no room."""
+
+    @property
+    def ends(self) -> Floats:
+        """Ends (2, 2) of the clear width; map frame, m."""
+        half = 0.5 * self.width * self.direction
+        return np.array([self.point - half, self.point + half])
+
+
+@value
+class StoreyLink:
+    """Lift, stairs or ramp: an outline on the storey."""
+
+    id: str
+    kind: LinkKind
+    name: str
+    polygon: Annotated[Floats, Shape("k 2")]
+    """Convex hull; map frame, m."""
+
+
+@value
+class BuildingStorey:
+    """Floor of a building as a chair meets it; the map frame is the model's, in metres."""
+
+    name: str
+    elevation: float
+    """Height of the floor in the model, m; 0 for a plain map."""
+    grid: OccupancyGrid
+    rooms: tuple[Room, ...]
+    doors: tuple[Door, ...]
+    links: tuple[StoreyLink, ...] = ()
+    notes: tuple[str, ...] = ()
+    """Oddities of the model and what was assumed, one sentence each."""
+
+
+def rooms_beside(
+    rooms: Iterable[Room], point: Floats, direction: Floats, depth: float
+) -> tuple[str, ...]:
+    """Ids of the rooms on the two sides of a door, found along its normal.
+
+    Args:
+        rooms: candidates.
+        point: centre of the door (2,), m.
+        direction: unit vector along the wall (2,).
+        depth: thickness of the wall, m.
+    """
+    rooms, normal = tuple(rooms), np.array([-direction[1], direction[0]])
+    found: dict[str, None] = {}
+    for side in (-1.0, 1.0):
+        # Outwards from the wall's face: a room may end at a lining or begin behind a threshold.
+        for distance in depth / 2.0 + np.array([0.05, 0.15, 0.3, 0.5]):
+            near = [room.id for room in rooms if room.contains(point + side * distance * normal)]
+            if near:
+                found[near[0]] = None
+                break
+    return tuple(found)

@@ -1,0 +1,141 @@
+"""Files of a storey: Nav2 map, places, and a record of rooms and doors."""
+
+from __future__ import annotations
+
+import json
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cohelm.arrays import Floats
+from cohelm.buildings.free_space import room_cells
+from cohelm.buildings.storey import BuildingStorey, Room
+from cohelm.errors import MapError
+from cohelm.maps import (
+    NamedPlace,
+    OccupancyGrid,
+    Places,
+    innermost_point,
+    signed_distance,
+    write_map,
+    write_places,
+)
+
+
+def storey_stems(storeys: Sequence[BuildingStorey]) -> tuple[str, ...]:
+    """Names of the files of storeys, without suffix: lower case, without spaces, all different."""
+    stems: list[str] = []
+    for storey in storeys:
+        ascii_ = unicodedata.normalize("NFKD", storey.name).encode("ascii", "ignore").decode()
+        stem = re.sub(r"[^a-z0-9]+", "-", ascii_.lower()).strip("-") or "storey"
+        same = sum(re.fullmatch(rf"{stem}(-\d+)?", each) is not None for each in stems)
+        stems.append(f"{stem}-{same + 1}" if same else stem)
+    return tuple(stems)
+
+
+def write_storey(storey: BuildingStorey, folder: Path, stem: str) -> tuple[Path, ...]:
+    """Write map (.yaml, .pgm), places (.places.yaml) and record (.storey.json); returns the files.
+
+    A storey without free floor has a record only.
+
+    Raises:
+        MapError: if a file cannot be written.
+    """
+    files = [folder / f"{stem}.storey.json"]
+    record = storey_record(storey)
+    if np.any(~storey.grid.blocked()):
+        files = [folder / f"{stem}.yaml", folder / f"{stem}.places.yaml", *files]
+        write_map(storey.grid, files[0])
+        write_places(room_places(storey), files[1])
+        record["map"] = files[0].name
+    try:
+        text = json.dumps(record, ensure_ascii=False, indent=1)
+        files[-1].write_text(text + "\n", encoding="utf-8")
+    except OSError as cause:
+        raise MapError(f"cannot be written ({cause})", file=files[-1]) from cause
+    return tuple(files)
+
+
+def room_places(storey: BuildingStorey) -> Places:
+    """Rooms as named places: by name, with the number where others have the same name.
+
+    The point of a room is the one farthest from its border and from obstacles.
+    """
+    names = room_names(storey.rooms)
+    return Places(
+        places=tuple(
+            NamedPlace(
+                name=name,
+                point=_roomiest(room, storey.grid),
+                polygon=room.polygons[0],
+            )
+            for room, name in zip(storey.rooms, names, strict=True)
+        ),
+        source=storey.name,
+    )
+
+
+def room_names(rooms: Sequence[Room]) -> tuple[str, ...]:
+    """Different names of rooms, those without a name by number."""
+    shared = Counter((room.name or room.number).casefold() for room in rooms)
+    names: list[str] = []
+    for room in rooms:
+        plain = room.name or room.number
+        name = plain if plain and shared[plain.casefold()] == 1 else room.label or "Room"
+        same = sum(each.casefold() == name.casefold() for each in names)
+        names.append(f"{name} ({same + 1})" if same else name)
+    return tuple(names)
+
+
+def storey_record(storey: BuildingStorey) -> dict[str, Any]:
+    """Everything about a storey but its map, for JSON; m, m²."""
+    return {
+        "name": storey.name,
+        "elevation": round(storey.elevation, 4),
+        "rooms": [
+            {
+                "id": room.id, "number": room.number, "name": room.name, "place": place,
+                "area": round(room.area, 3), "polygons": [_points(each) for each in room.polygons],
+            }
+            for room, place in zip(storey.rooms, room_names(storey.rooms), strict=True)
+        ],
+        "doors": [
+            {
+                "id": door.id, "kind": door.kind, "name": door.name, "point": _points(door.point),
+                "direction": np.round(door.direction, 6).tolist(),
+                "width": round(door.width, 4), "width_from": door.width_from,
+                "depth": round(door.depth, 4), "threshold": door.threshold,
+                "rooms": list(door.rooms),
+            }
+            for door in storey.doors
+        ],
+        "links": [
+            {
+                "id": link.id, "kind": link.kind, "name": link.name,
+                "polygon": _points(link.polygon),
+            }
+            for link in storey.links
+        ],
+        "notes": list(storey.notes),
+    }  # fmt: skip
+
+
+def _points(points: Floats) -> Any:
+    return np.round(points, 4).tolist()
+
+
+def _roomiest(room: Room, grid: OccupancyGrid) -> Floats:
+    """Free cell centre (2,) farthest from border and obstacles; the innermost point if none."""
+    free = room_cells(room, grid) & ~grid.blocked()
+    if not free.any():
+        return innermost_point(room.polygons[0])
+    rows, cols = (np.flatnonzero(free.any(axis=axis)) for axis in (1, 0))
+    window = np.pad(free[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
+    clearance = signed_distance(~window, grid.resolution)
+    row, col = divmod(int(np.argmax(clearance)), window.shape[1])
+    return grid.centres((rows[0] + row - 1, cols[0] + col - 1))

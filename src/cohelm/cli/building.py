@@ -1,0 +1,126 @@
+"""``cohelm building``: maps, rooms and doors of a building, storey by storey."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from cohelm.buildings import (
+    BuildingStorey,
+    read_building,
+    room_names,
+    storey_record,
+    storey_stems,
+    write_storey,
+)
+from cohelm.cli.progress import Counting
+from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
+from cohelm.cli.requests import BuildingRequest
+from cohelm.cli.run import make_folder
+from cohelm.errors import ConfigError
+
+_NO_ROOM = "outside"
+
+
+def building(request: BuildingRequest) -> int:
+    """Print the storeys of a building, and write and draw them if requested; returns 0.
+
+    Raises:
+        CohelmError: if the model or map cannot be read, or a file not be written.
+    """
+    for folder, key in ((request.out, "--out"), (request.plot, "--plot")):
+        if folder is not None:
+            make_folder(folder, key)
+    storeys = read_building(
+        request.model, storey=request.storey, resolution=request.resolution, watch=_counted
+    )
+    stems = storey_stems(storeys)
+    written: list[Path] = []
+    if request.out is not None:
+        if not request.overwrite:
+            _check_free(request.out, stems)
+        for storey, stem in zip(storeys, stems, strict=True):
+            written += write_storey(storey, request.out, stem)
+    if request.plot is not None:
+        written += _draw(storeys, stems, request.plot)
+    if request.json:
+        write_json(
+            {
+                "storeys": [storey_record(each) for each in storeys],
+                "written": [str(each) for each in written],
+            }
+        )
+        return 0
+    for number, storey in enumerate(storeys, 1):
+        _print(storey, number)
+    for file in written:
+        print_line(f"written: {file}")
+    return 0
+
+
+def _check_free(folder: Path, stems: tuple[str, ...]) -> None:
+    """Refuse to replace files, which somebody may have edited.
+
+    Raises:
+        ConfigError: naming the first file that exists.
+    """
+    for stem in stems:
+        for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json"):
+            if (file := folder / f"{stem}{suffix}").exists():
+                raise ConfigError(
+                    f"{file} exists; name another folder, or --overwrite", key="--out"
+                )
+
+
+def _counted(products: Iterable[Any], total: int) -> Iterator[Any]:
+    with Counting("reading geometry", total) as counting:
+        yield from counting(products)
+
+
+def _draw(storeys: tuple[BuildingStorey, ...], stems: tuple[str, ...], folder: Path) -> list[Path]:
+    from cohelm.plotting import draw_storey
+
+    files = [folder / f"{stem}.png" for stem in stems]
+    for storey, file in zip(storeys, files, strict=True):
+        draw_storey(storey, file)
+    return files
+
+
+def _print(storey: BuildingStorey, number: int) -> None:
+    doors = sum(door.kind == "door" for door in storey.doors)
+    facts = [f"rooms {len(storey.rooms)}", f"doors {doors}"]
+    if len(storey.doors) > doors:
+        facts.append(f"passages without a door {len(storey.doors) - doors}")
+    facts += [f"{kind} {n}" for kind, n in Counter(link.kind for link in storey.links).items()]
+    height = f"floor at {storey.elevation:.2f} m"
+    print_line(f"{number}  {storey.name}: {height}, {', '.join(facts)}")
+    names = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
+    if storey.rooms:
+        table = plain_table("room", "number", "area, m²", "leads to")
+        for room in storey.rooms:
+            near = {
+                names[each]
+                for door in storey.doors
+                if room.id in door.rooms
+                for each in door.rooms
+                if each != room.id
+            }
+            if any(door.rooms == (room.id,) for door in storey.doors):
+                near.add(_NO_ROOM)
+            name = names[room.id]
+            table.add_row(name, room.number, f"{room.area:.1f}", ", ".join(sorted(near)))
+        OUTPUT.print(table)
+    if storey.doors:
+        table = plain_table("door between", "clear width, m", "from", "x, m", "y, m")
+        for door in storey.doors:
+            sides = [names[each] for each in door.rooms]
+            sides += [_NO_ROOM] * (2 - len(sides))
+            x, y = door.point
+            table.add_row(
+                " – ".join(sides), f"{door.width:.2f}", door.width_from, f"{x:.2f}", f"{y:.2f}"
+            )
+        OUTPUT.print(table)
+    for note in storey.notes:
+        print_line(f"note: {note}")
