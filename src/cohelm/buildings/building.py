@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
-from cohelm.buildings.free_space import partition
-from cohelm.buildings.ifc_file import Watch
-from cohelm.buildings.ifc_storeys import read_ifc
 from cohelm.buildings.storey import BuildingStorey
 from cohelm.errors import BuildingError
 from cohelm.maps import places_beside, read_map
 
+Watch = Callable[[Iterable[Any], int], Iterator[Any]]
+"""Passes elements on, of which there are so many, and may show progress."""
 RESOLUTION = 0.05
 """Side of a cell, m."""
 _MAPS = {".yaml", ".yml", ".pgm", ".png", ".bmp", ".jpg", ".jpeg"}
@@ -32,9 +33,16 @@ def read_building(
         watch: shows progress over the products of a model.
 
     Raises:
-        BuildingError: if the model cannot be read, or has no such storey.
+        BuildingError: if the model cannot be read, or has no such storey, or the extra ``building``
+            is not installed.
         MapError: if the map cannot be read.
     """
+    try:
+        from cohelm.buildings.free_space import partition  # noqa: PLC0415  # needs the extra
+        from cohelm.buildings.ifc_storeys import read_ifc  # noqa: PLC0415
+    except ImportError as cause:
+        problem = f"reading buildings needs more ({cause}): pip install 'cohelm[building]'"
+        raise BuildingError(problem, file=file) from None
     if file.suffix.lower() == ".ifc":
         return read_ifc(file, storey=storey, resolution=resolution, watch=watch)
     if file.suffix.lower() not in _MAPS:

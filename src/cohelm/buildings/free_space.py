@@ -13,10 +13,11 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 from scipy import ndimage
+from skimage.segmentation import watershed
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace, value
-from cohelm.buildings.storey import Door, Room, rooms_beside
-from cohelm.geometry import inverse, transform
+from cohelm.buildings.storey import Door, Room, room_cells, rooms_beside
+from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid, Places, signed_distance
 
 DOOR_WIDTHS = (0.6, 1.6)
@@ -29,6 +30,8 @@ _WIDENS = 1.2, 0.8
 """A door's passage is that much wider this far from it, on both sides; m."""
 _SMALLEST = 1.5
 """Smaller regions are part of a neighbour, m²."""
+_NARROWEST = 0.8
+"""Regions that are nowhere wider are gaps behind walls, m."""
 _ANGLES = np.linspace(0.0, np.pi, 36, endpoint=False)
 
 
@@ -57,7 +60,9 @@ def partition(
     clearance = signed_distance(~walkable, grid.resolution)
     regions = _merged(*_watershed(clearance), clearance, grid.resolution)
     sizes = np.bincount(regions.ravel())[1:] * grid.resolution**2
-    order = [i + 1 for i in np.argsort(-sizes, kind="stable") if sizes[i] >= _SMALLEST]
+    widest = ndimage.maximum(clearance, regions, np.arange(1, len(sizes) + 1))
+    fits = (sizes >= _SMALLEST) & (np.asarray(widest) > _NARROWEST / 2.0)
+    order = [i + 1 for i in np.argsort(-sizes, kind="stable") if fits[i]]
     rooms = tuple(
         _room(regions, label, number, grid, places) for number, label in enumerate(order, 1)
     )
@@ -68,7 +73,7 @@ def partition(
         for door in doors
     ]
     rest = float(sizes.sum() - sum(room.area for room in rooms))
-    small = f"{rest:.1f} m² of free space in parts below {_SMALLEST:g} m² belong to no room"
+    small = f"{rest:.1f} m² of free space are too small or narrow for rooms"
     return Partition(rooms=rooms, doors=(*known, *new), notes=(small,) if rest >= _SMALLEST else ())
 
 
@@ -97,16 +102,6 @@ def open_borders(
     return tuple(found)
 
 
-def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
-    """Cells (rows, cols) of a room."""
-    inside = np.zeros(grid.shape, dtype=np.uint8)
-    for polygon in room.polygons:
-        # Corners in 1/16 of a cell, from the centre of the first cell.
-        corners = transform(inverse(grid.X_MG), polygon) / grid.resolution - 0.5
-        cv2.fillPoly(inside, [np.round(16.0 * corners).astype(np.int32)], 1, shift=4)
-    return inside.astype(np.bool_)
-
-
 def _without_furniture(free: Booleans, resolution: float) -> Booleans:
     """Free cells and those of loose obstacles, which divide no rooms."""
     labels, _ = ndimage.label(~free, structure=np.ones((3, 3)))
@@ -133,15 +128,12 @@ def _cut(walkable: Booleans, door: Door, grid: OccupancyGrid) -> None:
 
 
 def _watershed(clearance: Floats32) -> tuple[Integers, Floats]:
-    """Basins (rows, cols) of −clearance, from 1 on, 0 in walls; their greatest clearances (n+1,)."""
-    top = (clearance == ndimage.maximum_filter(clearance, size=3)) & (
-        clearance > DOOR_WIDTHS[0] / 2.0
+    """Basins (rows, cols) of −clearance, from 1 on, 0 in walls; their maximum clearances (n+1,)."""
+    highest = clearance == ndimage.maximum_filter(clearance, size=3)
+    seeds, count = ndimage.label(
+        highest & (clearance > DOOR_WIDTHS[0] / 2.0), structure=np.ones((3, 3))
     )
-    seeds, count = ndimage.label(top, structure=np.ones((3, 3)))
-    depth = np.clip(clearance / max(float(clearance.max()), 1e-6), 0.0, 1.0)
-    markers = np.where(clearance > 0.0, seeds, -1).astype(np.int32)
-    flooded = ndimage.watershed_ift((65535 * (1.0 - depth)).astype(np.uint16), markers)
-    basins = np.where(clearance > 0.0, np.maximum(flooded, 0), 0).astype(np.int64)
+    basins: Integers = watershed(-clearance, seeds, mask=clearance > 0.0).astype(np.int64)
     peaks = ndimage.maximum(clearance, seeds, np.arange(count + 1))
     return basins, np.asarray(peaks, dtype=float)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import ifcopenshell.util.element
 import numpy as np
 
 from cohelm.arrays import Floats
@@ -204,8 +205,6 @@ def _extent(mesh: Mesh, axis: Floats) -> tuple[float, float]:
 
 def _lining(door: Entity) -> tuple[float, float | None]:
     """Thickness of a door's lining on one side, and its threshold, in the model's unit."""
-    import ifcopenshell.util.element  # noqa: PLC0415
-
     kind = ifcopenshell.util.element.get_type(door)
     sets = [*(getattr(kind, "HasPropertySets", None) or ())]
     sets += [

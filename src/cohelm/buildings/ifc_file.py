@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
+import ifcopenshell
+import ifcopenshell.geom
+import ifcopenshell.util.element
+import ifcopenshell.util.placement
+import ifcopenshell.util.unit
 import numpy as np
 
+from cohelm.buildings.building import Watch
 from cohelm.buildings.sections import Mesh
 from cohelm.errors import BuildingError
 
@@ -17,11 +23,11 @@ SIZE_LIMIT = 200_000_000
 _END = b"END-ISO-10303-21;"
 _SAME_HEIGHT = 0.1
 """Storeys closer than this are one, m."""
+_KERNEL: Literal["hybrid-cgal-simple-opencascade"] = "hybrid-cgal-simple-opencascade"
+"""Geometry kernel: the slower Open CASCADE only for what the faster one cannot make."""
 
 Entity = Any
 """Instance of an IFC entity; ifcopenshell makes its attributes at run time."""
-Watch = Callable[[Iterable[Any], int], Iterator[Any]]
-"""Passes elements on, of which there are so many, and may show progress."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,17 +59,9 @@ def open_ifc(file: Path) -> IfcModel:
     """Open a model and find its storeys.
 
     Raises:
-        BuildingError: if ifcopenshell is not installed, or the file is missing, too large,
-            incomplete, of an unknown schema, or has no length unit or no storeys.
+        BuildingError: if the file is missing, too large, incomplete, of an unknown schema, or has
+            no length unit or no storeys.
     """
-    try:
-        import ifcopenshell  # noqa: PLC0415  # an extra, needed by IFC models alone
-        import ifcopenshell.geom  # noqa: PLC0415
-    except ImportError as cause:
-        missing = isinstance(cause, ModuleNotFoundError) and cause.name == "ifcopenshell"
-        why = "ifcopenshell is not installed" if missing else f"it does not load ({cause})"
-        problem = f"reading IFC needs ifcopenshell; {why}: pip install 'cohelm[building]'"
-        raise BuildingError(problem, file=file) from None
     _check_text(file)
     try:
         model: Any = ifcopenshell.open(str(file))
@@ -75,15 +73,15 @@ def open_ifc(file: Path) -> IfcModel:
 
 def meshes(model: IfcModel, products: Iterable[Entity], watch: Watch) -> dict[int, Mesh]:
     """Meshes of products by their entity number, in m; those without a readable body are absent."""
-    import ifcopenshell.geom  # noqa: PLC0415
-
     settings = ifcopenshell.geom.settings()
     settings.set("use-world-coords", True)
     wanted = [each for each in products if each.Representation is not None]
     if not wanted:
         return {}
     found: dict[int, Mesh] = {}
-    shapes: Any = ifcopenshell.geom.iterator(settings, model.model, 1, include=wanted)
+    shapes: Any = ifcopenshell.geom.iterator(
+        settings, model.model, 1, include=wanted, geometry_library=_KERNEL
+    )
     for shape in watch(_shapes(shapes), len(wanted)):
         vertices = np.array(shape.geometry.verts).reshape(-1, 3)
         faces = np.array(shape.geometry.faces, dtype=np.int64).reshape(-1, 3)
@@ -98,8 +96,6 @@ def placement(model: IfcModel, product: Entity) -> np.ndarray[Any, np.dtype[np.f
     Raises:
         BuildingError: if its placement cannot be read; names entity and GlobalId.
     """
-    import ifcopenshell.util.placement  # noqa: PLC0415
-
     try:
         matrix = np.array(
             ifcopenshell.util.placement.get_local_placement(product.ObjectPlacement), dtype=float
@@ -137,8 +133,6 @@ def _check_text(file: Path) -> None:
 
 
 def _length_unit(model: Any, file: Path) -> float:
-    import ifcopenshell.util.unit  # noqa: PLC0415
-
     projects = model.by_type("IfcProject")
     if not projects:
         raise BuildingError("no IfcProject", file=file)
@@ -155,8 +149,6 @@ def _id(entity: Entity) -> str:
 
 
 def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
-    import ifcopenshell.util.element  # noqa: PLC0415
-
     storeys = model.by_type("IfcBuildingStorey")
     if not storeys:
         raise BuildingError("no IfcBuildingStorey", file=file)
@@ -179,18 +171,18 @@ def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
                     f"{entity_name(each)}: Elevation {given:.2f} m was ignored, it is placed at "
                     f"{heights[each.id()]:.2f} m"
                 )
-        products = [
-            each
+        products = {
+            each.id(): each
             for storey in group
             for each in ifcopenshell.util.element.get_decomposition(storey)
             if each.is_a("IfcProduct")
-        ]
+        }
         levels.append(
             IfcLevel(
                 name=" / ".join(dict.fromkeys(names)),
                 elevation=heights[group[0].id()],
                 floor=heights[group[0].id()],
-                products=tuple({each.id(): each for each in products}.values()),
+                products=tuple(products[key] for key in sorted(products)),
                 notes=tuple(notes),
             )
         )

@@ -12,13 +12,13 @@ import shapely
 from scipy import ndimage
 
 from cohelm.arrays import Booleans, Floats
+from cohelm.buildings.building import Watch
 from cohelm.buildings.free_space import open_borders, partition
 from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, Opening, door_openings, joined, lining_posts
 from cohelm.buildings.ifc_file import (
     Entity,
     IfcLevel,
     IfcModel,
-    Watch,
     entity_name,
     meshes,
     open_ifc,

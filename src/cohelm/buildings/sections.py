@@ -2,7 +2,8 @@
 
 The plane y = const cuts a triangle in a segment, and the band of heights clips that segment; its
 x-interval is the projection of the clipped triangle. Points deep inside a solid, whose surface lies
-above and below the band, are those where a ray along x at one height is inside the mesh.
+above and below the band, are those between the first and second, third and fourth … cut of a line
+along x at one height with one connected surface. That needs no orientation of the triangles.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.maps import OccupancyGrid
@@ -35,6 +38,15 @@ class Mesh:
         return corners
 
     @property
+    def bodies(self) -> Integers:
+        """Number of the connected surface that each face belongs to (f,)."""
+        count = len(self.vertices)
+        ends = np.concatenate([self.faces[:, :2], self.faces[:, 1:]])
+        edges = coo_array((np.ones(len(ends)), ends.T), shape=(count, count))
+        label = connected_components(edges, directed=False)[1]
+        return np.asarray(label[self.faces[:, 0]], dtype=np.int64)
+
+    @property
     def bounds(self) -> Floats:
         """Lowest and highest corner (2, 3), m."""
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
@@ -52,13 +64,12 @@ def touched_cells(meshes: Iterable[Mesh], grid: OccupancyGrid, low: float, high:
     out = np.zeros(grid.shape, dtype=np.bool_)
     marks = [(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
     for mesh in meshes:
-        triangles = mesh.triangles
+        triangles, body = mesh.triangles, mesh.bodies
         heights = triangles[:, :, 2]
-        triangles = triangles[(heights.max(axis=1) > low) & (heights.min(axis=1) < high)]
-        line, ends, normal = _cuts(
-            triangles, bottom, grid.resolution / lines, grid.shape[0] * lines
-        )
-        parts = _clipped(line, ends, low, high), _inside(line, ends, normal, z)
+        near = (heights.max(axis=1) > low) & (heights.min(axis=1) < high)
+        triangles, body = triangles[near], body[near]
+        line, ends, which = _cuts(triangles, bottom, grid.resolution / lines, grid.shape[0] * lines)
+        parts = _clipped(line, ends, low, high), _inside(line, ends, body[which], z)
         rows, x = (np.concatenate(part) for part in zip(*parts, strict=True))
         first = np.floor((x[:, 0] + _FACE - left) / grid.resolution)
         last = np.floor((x[:, 1] - _FACE - left) / grid.resolution)
@@ -90,7 +101,7 @@ def upward(triangles: Floats) -> Booleans:
 
 def _cuts(
     triangles: Floats, bottom: float, step: float, lines: int
-) -> tuple[Integers, Floats, Floats]:
+) -> tuple[Integers, Floats, Integers]:
     """Segments in which scanlines cut triangles (t, 3, 3).
 
     Args:
@@ -100,11 +111,8 @@ def _cuts(
         lines: their number.
 
     Returns:
-        Scanline of each segment (n,), its ends (n, 2, 2) as x and z, m, and the x component of the
-        triangle's normal (n,).
+        Scanline of each segment (n,), its ends (n, 2, 2) as x and z, m, and its triangle (n,).
     """
-    edges = triangles[:, 1:] - triangles[:, :1]
-    normal = edges[:, 0, 1] * edges[:, 1, 2] - edges[:, 0, 2] * edges[:, 1, 1]
     order = np.argsort(triangles[:, :, 1], axis=1)
     p = np.take_along_axis(triangles, order[:, :, None], axis=1)
     # Scanline y belongs to a triangle if y_min < y ≤ y_max, so that common edges count once.
@@ -120,7 +128,7 @@ def _cuts(
     lower = (line <= level[which, 1])[:, None]
     a, b = np.where(lower, q[:, 0], q[:, 1]), np.where(lower, q[:, 1], q[:, 2])
     ends = np.stack([_at(q[:, 0], q[:, 2], y), _at(a, b, y)], axis=1)
-    return line, ends, normal[which]
+    return line, ends, which
 
 
 def _at(a: Floats, b: Floats, y: Floats) -> Floats:
@@ -143,25 +151,21 @@ def _clipped(line: Integers, ends: Floats, low: float, high: float) -> tuple[Int
     return line, np.sort(x, axis=1)
 
 
-def _inside(line: Integers, ends: Floats, normal: Floats, z: float) -> tuple[Integers, Floats]:
-    """Scanlines (m,) and x-intervals (m, 2) inside a closed mesh at height z, by winding number."""
+def _inside(line: Integers, ends: Floats, body: Integers, z: float) -> tuple[Integers, Floats]:
+    """Scanlines (m,) and x-intervals (m, 2) inside connected surfaces at height z."""
     above = ends[:, :, 1] > z
     cross = above[:, 0] != above[:, 1]
-    line, ends = line[cross], ends[cross]
+    line, ends, body = line[cross], ends[cross], body[cross]
     t = (z - ends[:, 0, 1]) / (ends[:, 1, 1] - ends[:, 0, 1])
     x = ends[:, 0, 0] + t * (ends[:, 1, 0] - ends[:, 0, 0])
-    order = np.lexsort((x, line))
-    line, x = line[order], x[order]
-    wound = np.cumsum(-np.sign(normal[cross][order]))
-    # A mesh with a hole does not close some scanlines; they must not fill the next ones.
-    new = np.flatnonzero(np.diff(line, prepend=-1))
-    before = np.concatenate([[0.0], wound])[new]
-    sizes = np.diff(np.append(new, len(line)))
-    closed = np.repeat(wound[new + sizes - 1] == before, sizes)
-    solid = (wound - np.repeat(before, sizes) != 0.0) & closed
-    solid[new + sizes - 1] = False
-    i = np.flatnonzero(solid)
-    return line[i], np.stack([x[i], x[i + 1]], axis=1) if len(i) else np.empty((0, 2))
+    order = np.lexsort((x, line, body))
+    line, x, body = line[order], x[order], body[order]
+    # A surface with a hole has an odd number of cuts on some scanlines; it encloses nothing there.
+    new = np.any(np.diff(np.stack([line, body]), axis=1, prepend=-1) != 0, axis=0)
+    run = np.cumsum(new) - 1
+    closed = (np.bincount(run, minlength=1) % 2 == 0)[run]
+    line, pairs = line[closed][::2], x[closed].reshape(-1, 2)
+    return line, pairs
 
 
 def _mark(out: Booleans, rows: Integers, first: Floats, last: Floats) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cohelm.arrays import Annotated, Floats, Shape, value
-from cohelm.geometry import distance_to_polygon
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.geometry import distance_to_polygon, inverse, transform
 from cohelm.maps import OccupancyGrid
 
 DoorKind = Literal["door", "opening", "open border", "passage"]
@@ -34,11 +35,13 @@ class Room:
 
     @property
     def label(self) -> str:
-        """Number and name, one of them if the other is empty or contained in it."""
+        """Number and name, or the longer one if it contains the other: A102 Office, Room 3."""
         number, name = self.number, self.name
         if name.casefold() in number.casefold():
             return number
-        return name if number.casefold() in name.casefold().split() else f"{number} {name}"
+        if number.casefold() in name.casefold().split():
+            return name
+        return f"{name} {number}".strip() if number.isdecimal() else f"{number} {name}".strip()
 
     def contains(self, point: ArrayLike) -> bool:
         """Check that a map point (2,) lies in the room."""
@@ -99,6 +102,16 @@ class BuildingStorey:
     links: tuple[StoreyLink, ...] = ()
     notes: tuple[str, ...] = ()
     """Oddities of the model and what was assumed, one sentence each."""
+
+
+def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
+    """Cells (rows, cols) of a room."""
+    inside = np.zeros(grid.shape, dtype=np.uint8)
+    for polygon in room.polygons:
+        # Corners in 1/16 of a cell, from the centre of the first cell.
+        corners = transform(inverse(grid.X_MG), polygon) / grid.resolution - 0.5
+        cv2.fillPoly(inside, [np.round(16.0 * corners).astype(np.int32)], 1, shift=4)
+    return inside.astype(np.bool_)
 
 
 def rooms_beside(

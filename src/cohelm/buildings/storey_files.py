@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.buildings.free_space import room_cells
-from cohelm.buildings.storey import BuildingStorey, Room
+from cohelm.buildings.storey import BuildingStorey, Room, room_cells
 from cohelm.errors import MapError
 from cohelm.maps import (
     NamedPlace,
