@@ -75,6 +75,19 @@ def test_a_sheet_without_thickness_is_there(along):
     assert np.count_nonzero(cells) == 20
 
 
+@pytest.mark.parametrize("along", [0, 1])
+def test_a_thin_pane_in_a_thick_frame_is_there(along):
+    low, high = np.array([0.521, 0.521, 0.0]), np.array([0.524, 0.524, 2.0])
+    high[along] = 1.5
+    post = box((0.5, 0.5, 0.0), (0.6, 0.6, 2.0))
+    pane = box(low, high)
+    both = Mesh(
+        vertices=np.concatenate([post.vertices, pane.vertices]),
+        faces=np.concatenate([post.faces, pane.faces + len(post.vertices)]),
+    )
+    assert np.count_nonzero(touched_cells([both], GRID, 0.05, 1.2)) == 4 + 18
+
+
 def test_floor_counts_where_it_lies_below_the_centre_of_a_cell():
     floor = box((0.52, 0.49, -0.2), (1.0, 1.0, 0.0))
     cells = covered_cells(floor.triangles, GRID)

@@ -19,9 +19,12 @@ from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, value
 from cohelm.maps import OccupancyGrid
 
 FINENESS = 0.01
-"""Maximum distance of scanlines, m: thinner parts along x may be missed."""
+"""Maximum distance of scanlines, m."""
 _FACE = 1e-3
 """Solids lose this at their faces, m: a wall beside a cell's border stays out of that cell."""
+_Marks = tuple[Integers, Floats, Floats]
+"""Rows, and their first and last columns to mark."""
+_NO_MARKS: _Marks = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0)
 
 
 @value
@@ -58,37 +61,40 @@ def touched_cells(meshes: Iterable[Mesh], grid: OccupancyGrid, low: float, high:
     A part of at least 2 mm by ``FINENESS`` marks each cell that it reaches into. A surface without
     volume marks the cells below it.
     """
-    left, bottom = grid.X_MG[:2]
-    lines = math.ceil(grid.resolution / FINENESS)
     z = low + 0.3173 * (high - low)  # no height at which models have edges
+    lines = math.ceil(grid.resolution / FINENESS)
+    thin = _FACE / grid.resolution
     out = np.zeros(grid.shape, dtype=np.bool_)
-    marks = [(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))]
+    # Scanlines along y cut the thin parts that those along x miss.
+    views = ([0, 1, 2], out), ([1, 0, 2], out.T)
+    marks: tuple[list[_Marks], ...] = ([_NO_MARKS], [_NO_MARKS])
     for mesh in meshes:
-        triangles, body = mesh.triangles, mesh.bodies
-        heights = triangles[:, :, 2]
+        heights = mesh.triangles[:, :, 2]
         near = (heights.max(axis=1) > low) & (heights.min(axis=1) < high)
-        triangles, body = triangles[near], body[near]
-        line, ends, which = _cuts(triangles, bottom, grid.resolution / lines, grid.shape[0] * lines)
-        parts = _clipped(line, ends, low, high), _inside(line, ends, body[which], z)
-        rows, x = (np.concatenate(part) for part in zip(*parts, strict=True))
-        first = np.floor((x[:, 0] + _FACE - left) / grid.resolution)
-        last = np.floor((x[:, 1] - _FACE - left) / grid.resolution)
-        marks.append((rows // lines, first, last))
-        if not np.any(first <= last):
-            _mark_sheets(out, triangles, grid, low, high)
-    _mark(out, *(np.concatenate(part) for part in zip(*marks, strict=True)))
+        triangles, bodies = _in_cells(mesh.triangles[near], grid), mesh.bodies[near]
+        surfaces, solid = [], False
+        for (axes, target), found in zip(views, marks, strict=True):
+            line, ends, which = _cuts(triangles[:, :, axes], lines, target.shape[0])
+            surface, inside = _clipped(line, ends, low, high), _inside(line, ends, bodies[which], z)
+            for rows, x in (surface, inside):
+                first, last = np.floor(x[:, 0] + thin), np.floor(x[:, 1] - thin)
+                found.append((rows // lines, first, last))
+                solid |= bool(np.any(first <= last))
+            surfaces.append(surface)
+        if not solid:
+            for (rows, x), found in zip(surfaces, marks, strict=True):
+                found.append((rows // lines, np.floor(x[:, 0]), np.floor(x[:, 1])))
+    for (_, target), found in zip(views, marks, strict=True):
+        _mark(target, *(np.concatenate(part) for part in zip(*found, strict=True)))
     return out
 
 
 def covered_cells(triangles: Floats, grid: OccupancyGrid) -> Booleans:
     """Cells (rows, cols) whose centres lie below triangles (t, 3, 3), m."""
     out = np.zeros(grid.shape, dtype=np.bool_)
-    if len(triangles):
-        left, bottom = grid.X_MG[:2]
-        line, ends, _ = _cuts(triangles, bottom, grid.resolution, grid.shape[0])
-        rows, intervals = _clipped(line, ends, -np.inf, np.inf)
-        columns = (intervals - left) / grid.resolution - 0.5
-        _mark(out, rows, np.ceil(columns[:, 0]), np.floor(columns[:, 1]))
+    line, ends, _ = _cuts(_in_cells(triangles, grid), 1, grid.shape[0])
+    rows, x = _clipped(line, ends, -np.inf, np.inf)
+    _mark(out, rows, np.ceil(x[:, 0] - 0.5), np.floor(x[:, 1] - 0.5))
     return out
 
 
@@ -99,31 +105,36 @@ def upward(triangles: Floats) -> Booleans:
     return level
 
 
-def _cuts(
-    triangles: Floats, bottom: float, step: float, lines: int
-) -> tuple[Integers, Floats, Integers]:
+def _in_cells(triangles: Floats, grid: OccupancyGrid) -> Floats:
+    """Triangles (t, 3, 3) with x and y in cells from the corner of an upright grid."""
+    corner = np.array([*grid.X_MG[:2], 0.0])
+    out: Floats = (triangles - corner) / np.array([grid.resolution, grid.resolution, 1.0])
+    return out
+
+
+def _cuts(triangles: Floats, lines: int, rows: int) -> tuple[Integers, Floats, Integers]:
     """Segments in which scanlines cut triangles (t, 3, 3).
 
     Args:
-        triangles: m.
-        bottom: lower border of the grid, m.
-        step: distance of the scanlines, m; the first lies half of it above ``bottom``.
-        lines: their number.
+        triangles: x and y in cells, z in m.
+        lines: scanlines of each row of cells.
+        rows: number of rows.
 
     Returns:
-        Scanline of each segment (n,), its ends (n, 2, 2) as x and z, m, and its triangle (n,).
+        Scanline of each segment (n,), its ends (n, 2, 2) as x in cells and z in m, its triangle
+        (n,).
     """
     order = np.argsort(triangles[:, :, 1], axis=1)
     p = np.take_along_axis(triangles, order[:, :, None], axis=1)
     # Scanline y belongs to a triangle if y_min < y ≤ y_max, so that common edges count once.
-    level = (p[:, :, 1] - bottom) / step - 0.5
+    level = p[:, :, 1] * lines - 0.5
     first = np.maximum(np.floor(level[:, 0]) + 1, 0).astype(np.int64)
-    last = np.minimum(np.floor(level[:, 2]), lines - 1).astype(np.int64)
+    last = np.minimum(np.floor(level[:, 2]), rows * lines - 1).astype(np.int64)
     count = np.maximum(last - first + 1, 0)
     which = np.repeat(np.arange(len(p)), count)
     start = np.repeat(np.cumsum(count) - count, count)
     line = np.arange(count.sum()) - start + first[which]
-    y = bottom + (line + 0.5) * step
+    y = (line + 0.5) / lines
     q = p[which]
     lower = (line <= level[which, 1])[:, None]
     a, b = np.where(lower, q[:, 0], q[:, 1]), np.where(lower, q[:, 1], q[:, 2])
@@ -139,7 +150,7 @@ def _at(a: Floats, b: Floats, y: Floats) -> Floats:
 
 
 def _clipped(line: Integers, ends: Floats, low: float, high: float) -> tuple[Integers, Floats]:
-    """Scanlines (m,) and x-intervals (m, 2) of the parts of segments (n, 2, 2) in a band."""
+    """Scanlines (m,) and x-intervals (m, 2) of the parts of segments (n, 2, 2) between heights."""
     z = ends[:, :, 1]
     part = (z.max(axis=1) > low) & (z.min(axis=1) < high)
     line, ends, z = line[part], ends[part], z[part]
@@ -178,16 +189,3 @@ def _mark(out: Booleans, rows: Integers, first: Floats, last: Floats) -> None:
     np.add.at(delta, (rows[some], a[some]), 1)
     np.add.at(delta, (rows[some], b[some]), -1)
     out |= np.cumsum(delta, axis=1)[:, :-1] > 0
-
-
-def _mark_sheets(
-    out: Booleans, corners: Floats, grid: OccupancyGrid, low: float, high: float
-) -> None:
-    """Mark the cells below vertical triangles (t, 3, 3), by points along their edges in a band."""
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        longest = np.linalg.norm(corners[:, b] - corners[:, a], axis=1).max(initial=0.0)
-        t = np.linspace(0.0, 1.0, math.ceil(2.0 * longest / grid.resolution) + 2)[:, None, None]
-        points = (corners[:, a] + t * (corners[:, b] - corners[:, a])).reshape(-1, 3)
-        points = points[(points[:, 2] > low) & (points[:, 2] < high), :2]
-        cells = grid.cells(points[grid.contains(points)])
-        out[cells[:, 0], cells[:, 1]] = True
