@@ -113,6 +113,10 @@ def reader_s_folder(tmp_path_factory):
     (folder / "my_chair.yaml").write_text((folder / "chair.yaml").read_text())
     for name in ("floor", "ward", "utexas_gdc_3ne", "benches/paper-global/scenes/2-map"):
         draw_map(folder / f"{name}.yaml")
+    draw_map(folder / "floors" / "level-1.yaml")
+    (folder / "floors" / "level-1.places.yaml").write_text(
+        "A101 Foyer: [2, 3]\nA102 Living Room: [20, 8]\n"
+    )
     if film := outside_file("pedestrians", "zara01_obsmat.txt"):
         shutil.copy(film, folder / "my_obsmat.txt")
     return folder
@@ -145,6 +149,7 @@ def stopped(monkeypatch, commands, reader_s_folder, tmp_path):
         "cohelm.cli.run._simulated": stop,
         "cohelm.cli.people.open_recording": stop,
         "cohelm.cli.ground.open_recording": stop,
+        "cohelm.cli.building.read_building": stop,
         "cohelm.cli.compile_kernels.compile_all": stop,
         "cohelm.cli.web_server.read_page": dict,
         "cohelm.cli.web_server.serve_ride": stop,

@@ -10,7 +10,7 @@ class Author:
 
     def __init__(self, schema="IFC4", unit=1.0, turned=0.0, at=(0.0, 0.0, 0.0)):
         self.model = ifcopenshell.file(schema=schema)
-        self.unit = unit
+        self.unit = unit or 1.0  # 0: no unit is written
         self.turned = turned
         self.history = None
         if schema == "IFC2X3":
@@ -49,7 +49,7 @@ class Author:
     def storey(self, name, height=0.0, elevation=None):
         storey = self.root(
             "IfcBuildingStorey", Name=name, CompositionType="ELEMENT",
-            Elevation=(height if elevation is None else elevation) / (self.unit or 1.0),
+            Elevation=(height if elevation is None else elevation) / self.unit,
             ObjectPlacement=self.placement((0.0, 0.0, height), 0.0, self.building.ObjectPlacement),
         )  # fmt: skip
         self._aggregate(self.building, [storey])
@@ -107,13 +107,13 @@ class Author:
         return self.model.createIfcLocalPlacement(relative, self._axes(at, turned))
 
     def _axes(self, at, turned=0.0):
-        point = self.model.createIfcCartesianPoint([float(v) / (self.unit or 1.0) for v in at])
+        point = self.model.createIfcCartesianPoint([float(v) / self.unit for v in at])
         x = self.model.createIfcDirection([float(np.cos(turned)), float(np.sin(turned)), 0.0])
         z = self.model.createIfcDirection([0.0, 0.0, 1.0])
         return self.model.createIfcAxis2Placement3D(point, z, x)
 
     def _box(self, size):
-        dx, dy, dz = (float(v) / (self.unit or 1.0) for v in size)
+        dx, dy, dz = (float(v) / self.unit for v in size)
         corners = [(0.0, 0.0), (dx, 0.0), (dx, dy), (0.0, dy), (0.0, 0.0)]
         line = self.model.createIfcPolyline(
             [self.model.createIfcCartesianPoint(corner) for corner in corners]

@@ -68,7 +68,16 @@ def read_ifc(
     Raises:
         BuildingError: if the model cannot be read, has no such storey, or needs too many cells.
     """
-    model = open_ifc(file)
+    try:
+        return _storeys(open_ifc(file), storey, resolution, watch)
+    except (AssertionError, AttributeError, TypeError) as cause:
+        # Every attribute of an entity may be absent, or refer to an entity of another class.
+        raise BuildingError(f"not a valid IFC model ({cause})", file=file) from cause
+
+
+def _storeys(
+    model: IfcModel, storey: str | None, resolution: float, watch: Watch
+) -> tuple[BuildingStorey, ...]:
     chosen = _chosen(model, storey)
     products = [*model.model.by_type("IfcElement"), *model.model.by_type("IfcSpace")]
     bodies = _bodies(products, meshes(model, products, watch))
