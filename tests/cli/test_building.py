@@ -143,3 +143,15 @@ def test_other_errors_are_one_line_too(model, tmp_path, capsys, monkeypatch):
         monkeypatch.delitem(sys.modules, f"cohelm.buildings.{module}", raising=False)
     monkeypatch.setitem(sys.modules, "ifcopenshell", None)
     assert "pip install 'cohelm[building]'" in said(model)
+
+
+@pytest.mark.parametrize(("margin", "code"), [(-0.02, 2), (0.1, 0)])
+def test_a_door_narrower_than_the_chair_has_no_route(margin, code, tmp_path, chair, capsys):
+    width = float(np.ptp(chair.outline[:, 1]))
+    author, _ = two_rooms(door=width + margin)
+    model = author.write(tmp_path / "model.ifc")
+    assert status(["building", str(model), "--out", str(tmp_path), "--resolution", "0.025"]) == 0
+    floor = str(tmp_path / "ground-floor.yaml")
+    assert status(["plan", floor, "--start", "Office", "--goal", "Ward 3"]) == code
+    if code:
+        assert "the passage at (4.2" in capsys.readouterr().err

@@ -16,7 +16,7 @@ from scipy import ndimage
 from skimage.segmentation import watershed
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace, value
-from cohelm.buildings.storey import Door, Room, room_cells, rooms_beside
+from cohelm.buildings.storey import Door, Room, room_cells, with_rooms
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid, Places, signed_distance
 
@@ -68,10 +68,7 @@ def partition(
     )
     names = dict(zip(order, (room.id for room in rooms), strict=True))
     new = _doors(regions, clearance, grid, names)
-    known = [
-        replace(door, rooms=rooms_beside(rooms, door.point, door.direction, door.depth))
-        for door in doors
-    ]
+    known = [with_rooms(door, rooms) for door in doors]
     rest = float(sizes.sum() - sum(room.area for room in rooms))
     small = f"{rest:.1f} m² of free space are too small or narrow for rooms"
     return Partition(rooms=rooms, doors=(*known, *new), notes=(small,) if rest >= _SMALLEST else ())
@@ -89,13 +86,13 @@ def open_borders(
         points = grid.centres(cells)
         middle = points.mean(axis=0)
         along = np.linalg.svd(points - middle)[2][0]
-        extent = np.ptp((points - middle) @ along) + grid.resolution
+        extent = float(np.ptp((points - middle) @ along)) + grid.resolution
         at_door = any(np.hypot(*(door.point - middle)) < door.width / 2.0 for door in doors)
         if extent >= DOOR_WIDTHS[0] and not at_door:
             found.append(
                 Door(
                     id=f"border-{len(found) + 1}", kind="open border", name="", point=middle,
-                    direction=along, width=float(extent), width_from="map", depth=0.0,
+                    direction=along, width=extent, width_from="map", opening=extent, depth=0.0,
                     threshold=None, rooms=tuple(rooms[i - 1].id for i in pair),
                 )
             )  # fmt: skip
@@ -232,7 +229,7 @@ def _door(grid: OccupancyGrid, clearance: Floats32, cell: Integers) -> Door | No
             return None
     return Door(
         id="", kind="passage", name="", point=point, direction=direction, width=width,
-        width_from="map", depth=0.0, threshold=None, rooms=(),
+        width_from="map", opening=width, depth=0.0, threshold=None, rooms=(),
     )  # fmt: skip
 
 

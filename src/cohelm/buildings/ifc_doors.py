@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import ifcopenshell.util.element
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from cohelm.arrays import Floats
 from cohelm.buildings.ifc_file import Entity, IfcModel, entity_name, placement
 from cohelm.buildings.sections import Mesh
-from cohelm.buildings.storey import Door, DoorKind, Room, rooms_beside
+from cohelm.buildings.storey import Door
 
 NARROWEST = 0.6
 """Openings without a door that are narrower are no passages, m."""
@@ -21,54 +20,14 @@ DIFFERENT_LEVEL = 0.3
 """Doors whose sill is farther from the floor belong to another level, m."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Opening:
-    """Opening in a wall, with or without a door."""
-
-    id: str
-    kind: DoorKind
-    name: str
-    point: Floats
-    """Centre in the wall's middle (2,), m."""
-    direction: Floats
-    """Unit vector along the wall (2,)."""
-    width: float
-    """Of the opening, m."""
-    clear: float
-    """Clear width, m."""
-    width_from: str
-    depth: float
-    """Thickness of the wall, m."""
-    threshold: float | None
-    """m."""
-
-    def rectangle(self, margin: float = 0.0) -> Floats:
-        """Outline (4, 2) of the opening on the floor, ``margin`` deeper on both sides, m."""
-        return self._corners(-self.width / 2.0, self.width / 2.0, margin)
-
-    def _corners(self, first: float, last: float, margin: float = 0.0) -> Floats:
-        normal = np.array([-self.direction[1], self.direction[0]])
-        half = self.depth / 2.0 + margin
-        offsets = np.array(
-            [
-                first * self.direction - half * normal,
-                last * self.direction - half * normal,
-                last * self.direction + half * normal,
-                first * self.direction + half * normal,
-            ]
-        )
-        corners: Floats = self.point + offsets
-        return corners
-
-
 def door_openings(
     model: IfcModel,
     products: Iterable[Entity],
     meshes: dict[int, Mesh],
     band: tuple[float, float],
     notes: list[str],
-) -> list[Opening]:
-    """Doors, and openings of walls without a door or window, at a floor.
+) -> list[Door]:
+    """Doors, and openings of walls without a door or window, at a floor; without their rooms.
 
     Args:
         model: the model.
@@ -90,30 +49,20 @@ def door_openings(
     return found
 
 
-def joined(opening: Opening, rooms: Sequence[Room]) -> Door:
-    """Door with the rooms on its sides."""
-    return Door(
-        id=opening.id, kind=opening.kind, name=opening.name, point=opening.point,
-        direction=opening.direction, width=opening.clear, width_from=opening.width_from,
-        depth=opening.depth, threshold=opening.threshold,
-        rooms=rooms_beside(rooms, opening.point, opening.direction, opening.depth),
-    )  # fmt: skip
-
-
-def lining_posts(openings: Iterable[Opening], low: float, high: float) -> list[Mesh]:
+def lining_posts(doors: Iterable[Door], low: float, high: float) -> list[Mesh]:
     """Solids beside the clear width of openings, between two heights, m."""
     posts = []
-    for each in openings:
-        if each.width - each.clear > 2e-3:
+    for door in doors:
+        if door.opening - door.width > 2e-3:
             for side in (-1.0, 1.0):
-                ends = sorted((side * each.clear / 2.0, side * each.width / 2.0))
-                posts.append(_prism(each._corners(*ends), low - 1.0, high + 1.0))
+                ends = sorted((side * door.width / 2.0, side * door.opening / 2.0))
+                posts.append(_prism(door.part(*ends), low - 1.0, high + 1.0))
     return posts
 
 
 def _door(
     model: IfcModel, door: Entity, meshes: dict[int, Mesh], floor: float, notes: list[str]
-) -> Opening | None:
+) -> Door | None:
     voids = [fill.RelatingOpeningElement for fill in door.FillsVoids]
     body = next((meshes[e.id()] for e in (*voids, door) if e.id() in meshes), None)
     overall = (door.OverallWidth or 0.0) * model.unit
@@ -125,7 +74,7 @@ def _door(
         notes.append(f"{entity_name(door)}: its sill is {sill:+.2f} m from the floor: left out")
         return None
     along, across = _axes(placement(model, door), body, overall)
-    width = float(np.ptp(body.vertices[:, :2] @ along))
+    width = whole = float(np.ptp(body.vertices[:, :2] @ along))
     in_opening = bool(voids) and voids[0].id() in meshes
     source = "opening"
     if overall and (not in_opening or overall < width - 1e-3):
@@ -135,17 +84,17 @@ def _door(
         source += " less lining"
     host = next((e.RelatingBuildingElement for v in voids for e in v.VoidsElements), None)
     point, depth = _middle(body, meshes.get(host.id()) if host else None, along, across)
-    return Opening(
+    return Door(
         id=door.GlobalId, kind="door", name=door.Name or "", point=point, direction=along,
-        width=float(np.ptp(body.vertices[:, :2] @ along)) if in_opening else float(width),
-        clear=max(float(width) - 2.0 * lining * model.unit, 0.0), width_from=source, depth=depth,
+        opening=whole if in_opening else width, depth=depth, width_from=source,
+        width=max(width - 2.0 * lining * model.unit, 0.0), rooms=(),
         threshold=None if threshold is None else threshold * model.unit,
     )  # fmt: skip
 
 
 def _passage(
     model: IfcModel, opening: Entity, meshes: dict[int, Mesh], band: tuple[float, float]
-) -> Opening | None:
+) -> Door | None:
     """Opening from the floor through the whole wall; None for niches and windows without frame."""
     host = next((void.RelatingBuildingElement for void in opening.VoidsElements), None)
     body = meshes.get(opening.id())
@@ -161,10 +110,10 @@ def _passage(
     thickness = np.ptp(wall.vertices[:, :2] @ across)
     if width < NARROWEST or depth < 0.9 * thickness:
         return None
-    return Opening(
+    return Door(
         id=opening.GlobalId, kind="opening", name=opening.Name or "", point=point,
-        direction=along, width=width, clear=width, width_from="opening", depth=depth,
-        threshold=None,
+        direction=along, width=width, opening=width, width_from="opening", depth=depth,
+        threshold=None, rooms=(),
     )  # fmt: skip
 
 
@@ -219,13 +168,12 @@ def _lining(door: Entity) -> tuple[float, float | None]:
 
 
 def _prism(corners: Floats, low: float, high: float) -> Mesh:
-    """Mesh of a vertical prism over a convex polygon (4, 2)."""
-    n = len(corners)
-    vertices = np.concatenate([np.column_stack([corners, np.full(n, z)]) for z in (low, high)])
-    caps = [[0, i + 1, i] for i in range(1, n - 1)] + [
-        [n, n + i, n + i + 1] for i in range(1, n - 1)
+    """Mesh of a vertical prism over a rectangle (4, 2)."""
+    vertices = np.concatenate([np.column_stack([corners, np.full(4, z)]) for z in (low, high)])
+    quads = [
+        [0, 1, 2, 3],
+        [4, 5, 6, 7],
+        *([i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4] for i in range(4)),
     ]
-    sides = [
-        face for i in range(n) for j in [(i + 1) % n] for face in ([i, j, n + j], [i, n + j, n + i])
-    ]
-    return Mesh(vertices=vertices, faces=np.array(caps + sides))
+    faces = [face for a, b, c, d in quads for face in ([a, b, c], [a, c, d])]
+    return Mesh(vertices=vertices, faces=np.array(faces))

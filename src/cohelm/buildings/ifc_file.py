@@ -34,6 +34,7 @@ Entity = Any
 class IfcLevel:
     """Storeys of a model at one height, and the products contained in them."""
 
+    file: Path
     name: str
     elevation: float
     """Placement of the storey in the model, m."""
@@ -139,13 +140,11 @@ def _length_unit(model: Any, file: Path) -> float:
     unit = ifcopenshell.util.unit.get_project_unit(model, "LENGTHUNIT")
     if unit is None:
         raise BuildingError(
-            "no length unit (LENGTHUNIT) in UnitsInContext", file=file, entity=_id(projects[0])
+            "no length unit (LENGTHUNIT) in UnitsInContext",
+            file=file,
+            entity=entity_name(projects[0]),
         )
     return float(ifcopenshell.util.unit.calculate_unit_scale(model))
-
-
-def _id(entity: Entity) -> str:
-    return f"{entity.is_a()} {entity.GlobalId}"
 
 
 def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
@@ -179,6 +178,7 @@ def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
         }
         levels.append(
             IfcLevel(
+                file=file,
                 name=" / ".join(dict.fromkeys(names)),
                 elevation=heights[group[0].id()],
                 floor=heights[group[0].id()],

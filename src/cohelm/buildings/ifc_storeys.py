@@ -14,7 +14,7 @@ from scipy import ndimage
 from cohelm.arrays import Booleans, Floats
 from cohelm.buildings.building import Watch
 from cohelm.buildings.free_space import open_borders, partition
-from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, Opening, door_openings, joined, lining_posts
+from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, door_openings, lining_posts
 from cohelm.buildings.ifc_file import (
     Entity,
     IfcLevel,
@@ -24,7 +24,16 @@ from cohelm.buildings.ifc_file import (
     open_ifc,
 )
 from cohelm.buildings.sections import Mesh, covered_cells, touched_cells, upward
-from cohelm.buildings.storey import BuildingStorey, LinkKind, Room, StoreyLink
+from cohelm.buildings.storey import (
+    BuildingStorey,
+    Door,
+    LinkKind,
+    Room,
+    StoreyLink,
+    polygon_cells,
+    room_cells,
+    with_rooms,
+)
 from cohelm.errors import BuildingError
 from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -157,15 +166,15 @@ def _storey(model: IfcModel, level: IfcLevel, bodies: _Bodies, resolution: float
         notes.append(f"the floor is {off:+.2f} m from the height of the storey")
     rooms = [room for each in spaces if (room := _room(each, bodies, floor, notes)) is not None]
     openings = door_openings(model, level.products, bodies.meshes, (floor, floor + BAND[1]), notes)
-    grid = _grid(bodies, rooms, openings, floor, resolution, level, model, notes)
+    grid = _grid(bodies, level, rooms, openings, resolution, notes)
     free = bool(np.any(~grid.blocked()))
     if not free:
         notes.append("no free floor: no map is written")
     if rooms or not free:
-        doors = tuple(joined(each, rooms) for each in openings)
+        doors = tuple(with_rooms(each, rooms) for each in openings)
         doors = (*doors, *open_borders(grid, rooms, doors))
     else:
-        found = partition(grid, tuple(joined(each, ()) for each in openings))
+        found = partition(grid, tuple(openings))
         rooms, doors = list(found.rooms), found.doors
         notes.append("no spaces on this storey: the rooms are the parts of the free floor")
     apart = [door.id for door in doors if not door.rooms]
@@ -239,51 +248,46 @@ def _room(space: Entity, bodies: _Bodies, floor: float, notes: list[str]) -> Roo
 
 def _grid(
     bodies: _Bodies,
-    rooms: Sequence[Room],
-    openings: Sequence[Opening],
-    floor: float,
-    resolution: float,
     level: IfcLevel,
-    model: IfcModel,
+    rooms: Sequence[Room],
+    doors: Sequence[Door],
+    resolution: float,
     notes: list[str],
 ) -> OccupancyGrid:
     """Map of a storey: free floor where something carries the chair, solids in the band on top."""
-    z = bodies.floors[:, :, 2]
+    z, floor = bodies.floors[:, :, 2], level.floor
     near = (z.min(axis=1) > floor - 0.1) & (z.max(axis=1) < floor + _STEP)
     floors = bodies.floors[near]
     low, high = floor + BAND[0], floor + BAND[1]
     solids = [m for m in bodies.solids if m.bounds[0, 2] < high and m.bounds[1, 2] > low]
     corners = [floors[:, :, :2].reshape(-1, 2), *(p for room in rooms for p in room.polygons)]
-    corners += [each.rectangle() for each in openings]
+    doorways = [door.part(-door.opening / 2, door.opening / 2, resolution) for door in doors]
+    corners += doorways
     if not len(floors) and not rooms:
         corners += [mesh.bounds[:, :2] for mesh in solids]
-    points = np.concatenate(corners)
-    empty = _empty_grid(points, resolution, level, model)
-    solid = touched_cells([*solids, *lining_posts(openings, low, high)], empty, low, high)
+    empty = _empty_grid(np.concatenate(corners), resolution, level)
+    solid = touched_cells([*solids, *lining_posts(doors, low, high)], empty, low, high)
     solid |= touched_cells(bodies.stairs, empty, low, floor + HEADROOM)
-    free = covered_cells(floors, empty)
-    doorways = covered_cells(_fans([each.rectangle(resolution) for each in openings]), empty)
-    if openings and not len(floors) and not rooms:
+    free, in_doors = covered_cells(floors, empty), polygon_cells(doorways, empty)
+    if doors and not len(floors) and not rooms:
         notes.append("no floor in the model: what the walls enclose is taken as floor")
-        filled: Booleans = ndimage.binary_fill_holes(solid | doorways)
+        filled: Booleans = ndimage.binary_fill_holes(solid | in_doors)
         free = filled & ~solid
     bare = []
     for room in rooms:
-        cells = covered_cells(_fans(room.polygons), empty)
+        cells = room_cells(room, empty)
         if np.count_nonzero(free & cells) < 0.5 * np.count_nonzero(cells):
             bare.append(room.label)
             free |= cells
     if bare:
         notes.append(f"no slab below {', '.join(bare)}: its outline is taken as floor")
     data = np.full(empty.shape, UNKNOWN, dtype=np.int8)
-    data[free | doorways] = FREE
+    data[free | in_doors] = FREE
     data[solid] = OCCUPIED
     return OccupancyGrid(data=data, resolution=resolution, X_MG=empty.X_MG)
 
 
-def _empty_grid(
-    points: Floats, resolution: float, level: IfcLevel, model: IfcModel
-) -> OccupancyGrid:
+def _empty_grid(points: Floats, resolution: float, level: IfcLevel) -> OccupancyGrid:
     """Grid around points (k, 2), m, with its origin at a multiple of the resolution."""
     if not len(points):
         points = np.zeros((1, 2))
@@ -295,24 +299,13 @@ def _empty_grid(
             f"storey {level.name!r} spans {cols * resolution:.0f} × {rows * resolution:.0f} m: "
             f"more than {_MOST_CELLS / 1e6:.0f} million cells; use a larger --resolution, as "
             f"{math.ceil(100 * resolution * math.sqrt(rows * cols / _MOST_CELLS)) / 100:g}",
-            file=model.file,
+            file=level.file,
         )
     return OccupancyGrid(
         data=np.zeros((int(rows), int(cols)), dtype=np.int8),
         resolution=resolution,
         X_MG=np.array([*(low * resolution), 0.0]),
     )
-
-
-def _fans(polygons: Iterable[Floats]) -> Floats:
-    """Triangles (t, 3, 3) that cover simple polygons (k, 2)."""
-    parts = [np.empty((0, 3, 2))]
-    for polygon in polygons:
-        triangulated = shapely.constrained_delaunay_triangles(shapely.polygons(polygon))
-        corners = shapely.get_coordinates(shapely.get_parts(triangulated))
-        parts.append(corners.reshape(-1, 4, 2)[:, :3])
-    flat = np.concatenate(parts)
-    return np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
 
 
 def _links(products: Iterable[Entity], bodies: _Bodies) -> Iterable[StoreyLink]:

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, value
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, replace, value
 from cohelm.geometry import distance_to_polygon, inverse, transform
 from cohelm.maps import OccupancyGrid
 
@@ -64,6 +64,8 @@ class Door:
     """Clear width, m."""
     width_from: str
     """Source of the width: ``opening less lining``, ``opening``, ``overall width``, ``map``."""
+    opening: float
+    """Width of the opening with the lining, m."""
     depth: float
     """Thickness of the wall, m; 0 if unknown."""
     threshold: float | None
@@ -76,6 +78,19 @@ class Door:
         """Ends (2, 2) of the clear width; map frame, m."""
         half = 0.5 * self.width * self.direction
         return np.array([self.point - half, self.point + half])
+
+    def part(self, first: float, last: float, margin: float = 0.0) -> Floats:
+        """Outline (4, 2) of a part of the opening, from wall face to wall face; map frame, m.
+
+        Args:
+            first, last: ends along ``direction``, from ``point``, m.
+            margin: how much deeper than the wall it is on both sides, m.
+        """
+        normal = np.array([-self.direction[1], self.direction[0]])
+        along = np.array([[first], [last], [last], [first]]) * self.direction
+        deep = (self.depth / 2.0 + margin) * np.array([[-1.0], [-1.0], [1.0], [1.0]]) * normal
+        corners: Floats = self.point + along + deep
+        return corners
 
 
 @value
@@ -106,32 +121,29 @@ class BuildingStorey:
 
 def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
     """Cells (rows, cols) of a room."""
+    return polygon_cells(room.polygons, grid)
+
+
+def polygon_cells(polygons: Iterable[Floats], grid: OccupancyGrid) -> Booleans:
+    """Cells (rows, cols) of simple polygons (k, 2), m, to half a cell."""
     inside = np.zeros(grid.shape, dtype=np.uint8)
-    for polygon in room.polygons:
+    for polygon in polygons:
         # Corners in 1/16 of a cell, from the centre of the first cell.
         corners = transform(inverse(grid.X_MG), polygon) / grid.resolution - 0.5
         cv2.fillPoly(inside, [np.round(16.0 * corners).astype(np.int32)], 1, shift=4)
     return inside.astype(np.bool_)
 
 
-def rooms_beside(
-    rooms: Iterable[Room], point: Floats, direction: Floats, depth: float
-) -> tuple[str, ...]:
-    """Ids of the rooms on the two sides of a door, found along its normal.
-
-    Args:
-        rooms: candidates.
-        point: centre of the door (2,), m.
-        direction: unit vector along the wall (2,).
-        depth: thickness of the wall, m.
-    """
-    rooms, normal = tuple(rooms), np.array([-direction[1], direction[0]])
+def with_rooms(door: Door, rooms: Iterable[Room]) -> Door:
+    """Copy a door with the rooms on its two sides, found along its normal."""
+    rooms, normal = tuple(rooms), np.array([-door.direction[1], door.direction[0]])
     found: dict[str, None] = {}
     for side in (-1.0, 1.0):
         # Outwards from the wall's face: a room may end at a lining or begin behind a threshold.
-        for distance in depth / 2.0 + np.array([0.05, 0.15, 0.3, 0.5]):
-            near = [room.id for room in rooms if room.contains(point + side * distance * normal)]
+        for distance in door.depth / 2.0 + np.array([0.05, 0.15, 0.3, 0.5]):
+            point = door.point + side * distance * normal
+            near = [room.id for room in rooms if room.contains(point)]
             if near:
                 found[near[0]] = None
                 break
-    return tuple(found)
+    return replace(door, rooms=tuple(found))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from pathlib import Path
 from typing import Any
 
@@ -93,39 +94,22 @@ def room_names(rooms: Sequence[Room]) -> tuple[str, ...]:
 
 def storey_record(storey: BuildingStorey) -> dict[str, Any]:
     """Everything about a storey but its map, for JSON; m, m²."""
-    return {
-        "name": storey.name,
-        "elevation": round(storey.elevation, 4),
-        "rooms": [
-            {
-                "id": room.id, "number": room.number, "name": room.name, "place": place,
-                "area": round(room.area, 3), "polygons": [_points(each) for each in room.polygons],
-            }
-            for room, place in zip(storey.rooms, room_names(storey.rooms), strict=True)
-        ],
-        "doors": [
-            {
-                "id": door.id, "kind": door.kind, "name": door.name, "point": _points(door.point),
-                "direction": np.round(door.direction, 6).tolist(),
-                "width": round(door.width, 4), "width_from": door.width_from,
-                "depth": round(door.depth, 4), "threshold": door.threshold,
-                "rooms": list(door.rooms),
-            }
-            for door in storey.doors
-        ],
-        "links": [
-            {
-                "id": link.id, "kind": link.kind, "name": link.name,
-                "polygon": _points(link.polygon),
-            }
-            for link in storey.links
-        ],
-        "notes": list(storey.notes),
-    }  # fmt: skip
+    record: dict[str, Any] = _record(storey, {"grid"})
+    for room, place in zip(record["rooms"], room_names(storey.rooms), strict=True):
+        room["place"] = place
+    return record
 
 
-def _points(points: Floats) -> Any:
-    return np.round(points, 4).tolist()
+def _record(part: Any, without: Set[str] = frozenset()) -> Any:
+    """A value and its parts as mappings, lists and numbers to 0.1 mm."""
+    if dataclasses.is_dataclass(part):
+        names = [field.name for field in dataclasses.fields(part) if field.name not in without]
+        return {name: _record(getattr(part, name)) for name in names}
+    if isinstance(part, tuple):
+        return [_record(each) for each in part]
+    if isinstance(part, float | np.ndarray):
+        return np.round(part, 4).tolist()
+    return part
 
 
 def _roomiest(room: Room, grid: OccupancyGrid) -> Floats:
