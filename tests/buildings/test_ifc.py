@@ -167,7 +167,7 @@ def test_a_storey_is_chosen_by_name_or_number(tmp_path):
     author.storey("First Floor", 3.0)
     author.box("IfcSlab", (0, 0, -0.2), (7.6, 3.4, 0.0))
     file = author.write(tmp_path / "model.ifc")
-    assert [s.name for s in read_building(file, storey="2")] == ["First Floor"]
+    assert [(s.number, s.name) for s in read_building(file, storey="2")] == [(2, "First Floor")]
     assert [s.name for s in read_building(file, storey="ground floor")] == ["Ground Floor"]
     with pytest.raises(BuildingError, match="no storey '3': there are 1 'Ground Floor'"):
         read_building(file, storey="3")

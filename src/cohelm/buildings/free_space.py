@@ -13,6 +13,8 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from skimage.segmentation import watershed
 
 from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace, value
@@ -26,8 +28,10 @@ _LOOSE = 1.5
 """Extent up to which an obstacle that touches no other is furniture, m."""
 _RATIO = 1.25
 """How much wider a room is than a passage into it."""
+_NO_CORRIDOR = 1.2
+"""Narrower passages are no corridors, m."""
 _WIDENS = 1.2, 0.8
-"""A door's passage is that much wider this far from it, on both sides; m."""
+"""Behind a door that is wider, the passage is that much wider this far from it, m."""
 _SMALLEST = 1.5
 """Smaller regions are part of a neighbour, m²."""
 _NARROWEST = 0.8
@@ -59,6 +63,7 @@ def partition(
         _cut(walkable, door, grid)
     clearance = signed_distance(~walkable, grid.resolution)
     regions = _merged(*_watershed(clearance), clearance, grid.resolution)
+    regions = _without_long_passages(regions, clearance, grid)
     sizes = np.bincount(regions.ravel())[1:] * grid.resolution**2
     widest = ndimage.maximum(clearance, regions, np.arange(1, len(sizes) + 1))
     fits = (sizes >= _SMALLEST) & (np.asarray(widest) > _NARROWEST / 2.0)
@@ -177,9 +182,30 @@ def _merged(basins: Integers, peaks: Floats, clearance: Floats32, resolution: fl
         if a != b and (wide or weak or min(area[a], area[b]) < _SMALLEST):
             parent[b] = a
             peak[a], area[a] = max(peak[a], peak[b]), area[a] + area[b]
-    roots = np.array([root(i) for i in range(len(parent))])
-    out: Integers = np.unique(roots[basins], return_inverse=True)[1].reshape(basins.shape)
-    return out if (basins == 0).any() else out + 1
+    return _relabelled(np.array([root(i) for i in range(len(parent))]), basins)
+
+
+def _without_long_passages(regions: Integers, clearance: Floats32, grid: OccupancyGrid) -> Integers:
+    """Regions joined at borders that are wide enough to pass, but no doors: pieces of a corridor."""
+    doors, others = set(), set()
+    for pair, cells in _runs(regions):
+        passage, is_door = _passage(grid, clearance, cells)
+        if is_door:
+            doors.add(pair)
+        elif passage.width >= DOOR_WIDTHS[0]:
+            others.add(pair)
+    ends = np.array(sorted(others - doors), dtype=np.int64).reshape(-1, 2).T
+    count = int(regions.max()) + 1
+    edges = coo_array((np.ones(ends.shape[1]), ends), shape=(count, count))
+    return _relabelled(connected_components(edges, directed=False)[1], regions)
+
+
+def _relabelled(lookup: Integers, regions: Integers) -> Integers:
+    """Regions after ``lookup``, numbered from 1 without gaps; 0 stays."""
+    out = np.zeros(regions.shape, dtype=np.int64)
+    inside = regions > 0
+    out[inside] = np.unique(lookup[regions[inside]], return_inverse=True)[1] + 1
+    return out
 
 
 def _doors(
@@ -188,9 +214,9 @@ def _doors(
     """Borders between rooms that are as narrow and as short as doors."""
     found: list[Door] = []
     for pair, cells in _runs(regions):
-        door = _door(grid, clearance, cells[np.argmax(clearance[tuple(cells.T)])])
+        door, is_door = _passage(grid, clearance, cells)
         rooms = tuple(names[label] for label in pair if label in names)
-        if door is not None and rooms:
+        if is_door and rooms:
             found.append(replace(door, id=f"door-{len(found) + 1}", rooms=rooms))
     return found
 
@@ -214,23 +240,27 @@ def _mask(cells: Integers) -> Booleans:
     return out
 
 
-def _door(grid: OccupancyGrid, clearance: Floats32, cell: Integers) -> Door | None:
-    """Door at the middle of a border; None if its passage is too wide, narrow or long."""
+def _passage(grid: OccupancyGrid, clearance: Floats32, border: Integers) -> tuple[Door, bool]:
+    """Narrowest line from wall to wall through a border (n, 2), and if it is a door.
+
+    A door is as wide as one, and narrower than corridors, or the passage widens behind it.
+    """
+    cell = border[np.argmax(clearance[tuple(border.T)])]
     widths, offsets = _chords(grid, clearance, grid.centres(cell))
     best = int(np.argmin(widths))
     direction = np.array([np.cos(_ANGLES[best]), np.sin(_ANGLES[best])])
     width, point = float(widths[best]), grid.centres(cell) + offsets[best] * direction
-    if not DOOR_WIDTHS[0] <= width <= DOOR_WIDTHS[1]:
-        return None
     normal = np.array([-direction[1], direction[0]])
-    for side in (-1.0, 1.0):
-        beyond, _ = _chords(grid, clearance, point + side * _WIDENS[1] * normal)
-        if beyond[best] < _WIDENS[0] * width:
-            return None
-    return Door(
+    beyond = [
+        _chords(grid, clearance, point + side * _WIDENS[1] * normal)[0][best]
+        for side in (-1.0, 1.0)
+    ]
+    passage = Door(
         id="", kind="passage", name="", point=point, direction=direction, width=width,
         width_from="map", opening=width, depth=0.0, threshold=None, rooms=(),
     )  # fmt: skip
+    short = width <= _NO_CORRIDOR or min(beyond) >= _WIDENS[0] * width
+    return passage, DOOR_WIDTHS[0] <= width <= DOOR_WIDTHS[1] and short
 
 
 def _chords(grid: OccupancyGrid, clearance: Floats32, point: Floats) -> tuple[Floats, Floats]:
@@ -243,9 +273,10 @@ def _chords(grid: OccupancyGrid, clearance: Floats32, point: Floats) -> tuple[Fl
         cells = grid.cells(points)
         inside = grid.contains(points)
         rows, cols = np.where(inside[..., None], cells, 0).transpose(2, 0, 1)
-        blocked = ~inside | (clearance[rows, cols] <= 0.0)
+        # A ray ends in the last free cell: it must not slip through the gaps of a dotted wall.
+        blocked = ~inside | (clearance[rows, cols] < 0.6 * grid.resolution)
         first = np.where(blocked.any(axis=0), blocked.argmax(axis=0), len(reach) - 1)
-        ends.append(side * reach[first])
+        ends.append(side * (reach[first] + grid.resolution))
     return ends[1] - ends[0], (ends[0] + ends[1]) / 2.0
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import shapely
 from scipy import ndimage
 
-from cohelm.arrays import Booleans, Floats
+from cohelm.arrays import Booleans, Floats, replace
 from cohelm.buildings.building import Watch
 from cohelm.buildings.free_space import open_borders, partition
 from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, door_openings, lining_posts
@@ -92,9 +92,9 @@ def _storeys(
     bodies = _bodies(products, meshes(model, products, watch))
     levels = _by_height(model, bodies)
     return tuple(
-        _storey(model, level, bodies, resolution)
-        for level, wanted in zip(levels, model.levels, strict=True)
-        if wanted in chosen
+        replace(_storey(model, level, bodies, resolution), number=number)
+        for number, (level, given) in enumerate(zip(levels, model.levels, strict=True), 1)
+        if given in chosen
     )
 
 

@@ -117,6 +117,8 @@ class BuildingStorey:
     links: tuple[StoreyLink, ...] = ()
     notes: tuple[str, ...] = ()
     """Oddities of the model and what was assumed, one sentence each."""
+    number: int = 1
+    """Counted from 1 at the lowest storey of the building."""
 
 
 def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:

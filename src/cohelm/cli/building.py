@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from cohelm.buildings import (
     BuildingStorey,
+    Door,
     read_building,
     room_names,
     storey_record,
@@ -20,8 +21,6 @@ from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
 from cohelm.cli.requests import BuildingRequest
 from cohelm.cli.run import make_folder
 from cohelm.errors import ConfigError
-
-_NO_ROOM = "outside"
 
 
 def building(request: BuildingRequest) -> int:
@@ -53,8 +52,8 @@ def building(request: BuildingRequest) -> int:
             }
         )
         return 0
-    for number, storey in enumerate(storeys, 1):
-        _print(storey, number)
+    for storey in storeys:
+        _print(storey)
     for file in written:
         print_line(f"written: {file}")
     return 0
@@ -88,39 +87,31 @@ def _draw(storeys: tuple[BuildingStorey, ...], stems: tuple[str, ...], folder: P
     return files
 
 
-def _print(storey: BuildingStorey, number: int) -> None:
-    doors = sum(door.kind == "door" for door in storey.doors)
-    facts = [f"rooms {len(storey.rooms)}", f"doors {doors}"]
-    if len(storey.doors) > doors:
-        facts.append(f"passages without a door {len(storey.doors) - doors}")
-    facts += [f"{kind} {n}" for kind, n in Counter(link.kind for link in storey.links).items()]
-    height = f"floor at {storey.elevation:.2f} m"
-    print_line(f"{number}  {storey.name}: {height}, {', '.join(facts)}")
+def _print(storey: BuildingStorey) -> None:
+    kinds = Counter([f"{door.kind}s" for door in storey.doors] + [x.kind for x in storey.links])
+    facts = [f"floor at {storey.elevation:.2f} m", f"rooms {len(storey.rooms)}"]
+    facts += [f"{kind} {count}" for kind, count in kinds.items()]
+    print_line(f"{storey.number}  {storey.name}: {', '.join(facts)}")
     names = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
+    sides = [_sides(door, names) for door in storey.doors]
     if storey.rooms:
         table = plain_table("room", "number", "area, m²", "leads to")
         for room in storey.rooms:
-            near = {
-                names[each]
-                for door in storey.doors
-                if room.id in door.rooms
-                for each in door.rooms
-                if each != room.id
-            }
-            if any(door.rooms == (room.id,) for door in storey.doors):
-                near.add(_NO_ROOM)
             name = names[room.id]
-            table.add_row(name, room.number, f"{room.area:.1f}", ", ".join(sorted(near)))
+            near = sorted({each for pair in sides if name in pair for each in pair} - {name})
+            table.add_row(name, room.number, f"{room.area:.1f}", ", ".join(near))
         OUTPUT.print(table)
     if storey.doors:
         table = plain_table("door between", "clear width, m", "from", "x, m", "y, m")
-        for door in storey.doors:
-            sides = [names[each] for each in door.rooms]
-            sides += [_NO_ROOM] * (2 - len(sides))
-            x, y = door.point
-            table.add_row(
-                " – ".join(sides), f"{door.width:.2f}", door.width_from, f"{x:.2f}", f"{y:.2f}"
-            )
+        for door, pair in zip(storey.doors, sides, strict=True):
+            place = (f"{value:.2f}" for value in door.point)
+            table.add_row(" – ".join(pair), f"{door.width:.2f}", door.width_from, *place)
         OUTPUT.print(table)
     for note in storey.notes:
         print_line(f"note: {note}")
+
+
+def _sides(door: Door, names: Mapping[str, str]) -> list[str]:
+    """Names of what a door joins."""
+    none = "no room" if door.kind == "passage" else "outside"
+    return [*(names[room] for room in door.rooms), none, none][:2]
