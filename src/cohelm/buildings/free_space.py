@@ -186,7 +186,7 @@ def _merged(basins: Integers, peaks: Floats, clearance: Floats32, resolution: fl
 
 
 def _without_long_passages(regions: Integers, clearance: Floats32, grid: OccupancyGrid) -> Integers:
-    """Regions joined at borders that are wide enough to pass, but no doors: pieces of a corridor."""
+    """Regions joined at borders that can be passed but are no doors: the pieces of a corridor."""
     doors, others = set(), set()
     for pair, cells in _runs(regions):
         passage, is_door = _passage(grid, clearance, cells)
