@@ -137,6 +137,9 @@ def test_other_errors_are_one_line_too(model, tmp_path, capsys, monkeypatch):
     assert "neither an IFC model" in said(tmp_path / "model.rvt")
     assert "no storey 'Roof': there are 1 'Ground Floor'" in said(model, "--storey", "Roof")
     assert "no folder" in said(model, "--out", tmp_path / "a" / "b")
+    with monkeypatch.context() as patch:
+        patch.setattr(sys, "executable", "/bin/false")  # as if the child process crashed
+        assert "ifcopenshell crashes on its geometry" in said(model)
     monkeypatch.setattr("cohelm.buildings.ifc_file.SIZE_LIMIT", 1000)
     assert "more than the limit of 0 MB" in said(model)
     for module in ("ifc_storeys", "ifc_file"):

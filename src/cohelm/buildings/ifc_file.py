@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import ifcopenshell
-import ifcopenshell.geom
 import ifcopenshell.util.element
 import ifcopenshell.util.placement
 import ifcopenshell.util.unit
 import numpy as np
 
 from cohelm.buildings.building import Watch
+from cohelm.buildings.ifc_shapes import shapes
 from cohelm.buildings.sections import Mesh
 from cohelm.errors import BuildingError
 
@@ -23,9 +23,6 @@ SIZE_LIMIT = 200_000_000
 _END = b"END-ISO-10303-21;"
 _SAME_HEIGHT = 0.1
 """Storeys closer than this are one, m."""
-_KERNEL: Literal["hybrid-cgal-simple-opencascade"] = "hybrid-cgal-simple-opencascade"
-"""Geometry kernel: the slower Open CASCADE only for what the faster one cannot make."""
-
 Entity = Any
 """Instance of an IFC entity; ifcopenshell makes its attributes at run time."""
 
@@ -73,22 +70,17 @@ def open_ifc(file: Path) -> IfcModel:
 
 
 def meshes(model: IfcModel, products: Iterable[Entity], watch: Watch) -> dict[int, Mesh]:
-    """Meshes of products by their entity number, in m; those without a readable body are absent."""
-    settings = ifcopenshell.geom.settings()
-    settings.set("use-world-coords", True)
-    wanted = [each for each in products if each.Representation is not None]
-    if not wanted:
-        return {}
-    found: dict[int, Mesh] = {}
-    shapes: Any = ifcopenshell.geom.iterator(
-        settings, model.model, 1, include=wanted, geometry_library=_KERNEL
-    )
-    for shape in watch(_shapes(shapes), len(wanted)):
-        vertices = np.array(shape.geometry.verts).reshape(-1, 3)
-        faces = np.array(shape.geometry.faces, dtype=np.int64).reshape(-1, 3)
-        if len(faces) and np.isfinite(vertices).all():
-            found[shape.id] = Mesh(vertices=vertices, faces=faces)
-    return found
+    """Meshes of products by their entity number, in m; those without a readable body are absent.
+
+    Raises:
+        BuildingError: if the geometry library crashes.
+    """
+    wanted = [each.id() for each in products if each.Representation is not None]
+    return {
+        number: Mesh(vertices=vertices, faces=faces)
+        for number, vertices, faces in watch(shapes(model.file, wanted), len(wanted))
+        if len(faces) and np.isfinite(vertices).all()
+    }
 
 
 def placement(model: IfcModel, product: Entity) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -187,11 +179,3 @@ def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
             )
         )
     return tuple(levels)
-
-
-def _shapes(iterator: Any) -> Iterator[Any]:
-    if iterator.initialize():
-        while True:
-            yield iterator.get()
-            if not iterator.next():
-                return
