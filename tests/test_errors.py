@@ -7,6 +7,7 @@ from cohelm.messages import Reason
 
 CODES = {
     "CohelmError": "cohelm",
+    "BuildingError": "building",
     "ConfigError": "config",
     "ControlError": "control",
     "GoalBlocked": "goal_blocked",
