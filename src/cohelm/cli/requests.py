@@ -35,6 +35,14 @@ SpeedUp = Annotated[
     float, typer.Option(min=0.25, max=20.0, help="Playback speed of --animate; 1 is real time.")
 ]
 
+Topic = Annotated[
+    str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
+]
+SweepRate = Annotated[
+    float, typer.Option(metavar="HZ", min=0.01, help="Sweeps per second in a folder.")
+]
+Seconds = Annotated[float | None, typer.Option(metavar="T", min=0.0, help="Duration to read.")]
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunRequest:
@@ -305,18 +313,12 @@ class PeopleRequest:
     robot: Annotated[
         str | None, typer.Option(metavar="NAME|FILE", help="Robot whose outline hides returns.")
     ] = None
-    topic: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
-    ] = None
-    rate: Annotated[
-        float, typer.Option(metavar="HZ", min=0.01, help="Sweeps per second in a folder.")
-    ] = 10.0
+    topic: Topic = None
+    rate: SweepRate = 10.0
     start: Annotated[
         float, typer.Option(metavar="T", min=0.0, help="Begin T seconds from the start.")
     ] = 0.0
-    seconds: Annotated[
-        float | None, typer.Option(metavar="T", min=0.0, help="Duration to read.")
-    ] = None
+    seconds: Seconds = None
     settings: Annotated[
         tuple[str, ...],
         typer.Option(
@@ -350,15 +352,9 @@ class GroundRequest:
     reach: Annotated[
         float, typer.Option(metavar="M", min=1.0, max=20.0, help="Distance up to which it looks.")
     ] = 8.0
-    topic: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Topic of a bag; default: all sensors.")
-    ] = None
-    rate: Annotated[
-        float, typer.Option(metavar="HZ", min=0.01, help="Sweeps per second in a folder.")
-    ] = 10.0
-    seconds: Annotated[
-        float | None, typer.Option(metavar="T", min=0.0, help="Duration to read.")
-    ] = None
+    topic: Topic = None
+    rate: SweepRate = 10.0
+    seconds: Seconds = None
 
 
 @dataclass(frozen=True, kw_only=True)
