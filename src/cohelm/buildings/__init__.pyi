@@ -1,7 +1,7 @@
 from .building import read_building
 from .free_space import Partition, partition
 from .storey import BuildingStorey, Door, Room, StoreyLink
-from .storey_files import room_names, room_places, storey_record, storey_stems, write_storey
+from .storey_files import room_names, room_places, storey_record, write_storey
 
 __all__ = [
     "BuildingStorey",
@@ -14,6 +14,5 @@ __all__ = [
     "room_names",
     "room_places",
     "storey_record",
-    "storey_stems",
     "write_storey",
 ]

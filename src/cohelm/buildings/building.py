@@ -53,7 +53,7 @@ def read_building(
     found = partition(grid, places=places_beside(file))
     return (
         BuildingStorey(
-            name=file.stem, elevation=0.0, grid=grid, rooms=found.rooms, doors=found.doors,
-            notes=found.notes,
+            name=file.stem, stem=file.stem, elevation=0.0, grid=grid, rooms=found.rooms,
+            doors=found.doors, notes=found.notes,
         ),
     )  # fmt: skip

@@ -288,18 +288,19 @@ def _room(
     rows, cols = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
     window = inside[rows[0] - 1 : rows[-1] + 2, cols[0] - 1 : cols[-1] + 2]
     fine = np.kron(window, np.ones((4, 4), dtype=np.bool_)).astype(np.uint8)
-    contours, _ = cv2.findContours(fine, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    contours = sorted(contours, key=cv2.contourArea, reverse=True)
+    contours, tree = cv2.findContours(fine, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     corner = np.array([cols[0] - 2, rows[0] - 2])
-    polygons = []
-    for contour in contours:
-        outline = cv2.approxPolyDP(contour, 4.0, closed=True)[:, 0]
+    polygons: list[Floats] = []
+    holes: list[Floats] = []
+    for i in sorted(range(len(contours)), key=lambda k: -cv2.contourArea(contours[k])):
+        outline = cv2.approxPolyDP(contours[i], 4.0, closed=True)[:, 0]
         if len(outline) >= 3:
             at = (corner + (outline + 0.5) / 4.0) * grid.resolution
-            polygons.append(transform(grid.X_MG, at))
+            is_hole = tree[0, i, 3] >= 0
+            (holes if is_hole else polygons).append(transform(grid.X_MG, at))
     room = Room(
         id=f"room-{number}", number=str(number), name="Room", polygons=tuple(polygons),
-        area=float(np.count_nonzero(window) * grid.resolution**2),
+        holes=tuple(holes), area=float(np.count_nonzero(window) * grid.resolution**2),
     )  # fmt: skip
     name = next((each.name for each in places or () if room.contains(each.point)), "")
     return replace(room, number="", name=name) if name else room

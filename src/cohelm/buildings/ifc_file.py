@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +23,8 @@ from cohelm.errors import BuildingError
 SIZE_LIMIT = 200_000_000
 """Largest model that is read, bytes."""
 _END = b"END-ISO-10303-21;"
+JOINED = " / "
+"""Between the names of storeys at one height."""
 _SAME_HEIGHT = 0.1
 """Storeys closer than this are one, m."""
 Entity = Any
@@ -101,6 +105,30 @@ def placement(model: IfcModel, product: Entity) -> np.ndarray[Any, np.dtype[np.f
     return matrix
 
 
+def decomposition(whole: Entity) -> tuple[Entity, ...]:
+    """All that an entity consists of or contains, at any depth; damaged models have cycles."""
+    found: dict[int, Entity] = {}
+    rest = [whole]
+    while rest:
+        for each in ifcopenshell.util.element.get_decomposition(rest.pop(), is_recursive=False):
+            if each.id() not in found:
+                found[each.id()] = each
+                rest.append(each)
+    return tuple(found.values())
+
+
+def file_stems(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of files without suffix: lower case, ASCII, without spaces, all different."""
+    stems: list[str] = []
+    for name in names:
+        text = re.sub(r"(?<!\w)[-−](?=\d)", " minus ", name)
+        text = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+        stem = re.sub(r"[^a-z0-9]+", "-", text.lower()).strip("-") or "storey"
+        more = (stem, *(f"{stem}-{number}" for number in range(2, len(names) + 2)))
+        stems.append(next(each for each in more if each not in stems))
+    return tuple(stems)
+
+
 def entity_name(entity: Entity) -> str:
     """Class, GlobalId and name of an entity, for messages."""
     name = f" {entity.Name!r}" if getattr(entity, "Name", None) else ""
@@ -165,13 +193,13 @@ def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
         products = {
             each.id(): each
             for storey in group
-            for each in ifcopenshell.util.element.get_decomposition(storey)
+            for each in decomposition(storey)
             if each.is_a("IfcProduct")
         }
         levels.append(
             IfcLevel(
                 file=file,
-                name=" / ".join(dict.fromkeys(names)),
+                name=JOINED.join(dict.fromkeys(names)),
                 elevation=heights[group[0].id()],
                 floor=heights[group[0].id()],
                 products=tuple(products[key] for key in sorted(products)),

@@ -16,10 +16,13 @@ from cohelm.buildings.building import Watch
 from cohelm.buildings.free_space import open_borders, partition
 from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, door_openings, lining_posts
 from cohelm.buildings.ifc_file import (
+    JOINED,
     Entity,
     IfcLevel,
     IfcModel,
+    decomposition,
     entity_name,
+    file_stems,
     meshes,
     open_ifc,
 )
@@ -90,10 +93,12 @@ def _storeys(
     chosen = _chosen(model, storey)
     products = [*model.model.by_type("IfcElement"), *model.model.by_type("IfcSpace")]
     bodies = _bodies(products, meshes(model, products, watch))
-    levels = _by_height(model, bodies)
+    levels, stems = _by_height(model, bodies), file_stems([each.name for each in model.levels])
     return tuple(
-        replace(_storey(model, level, bodies, resolution), number=number)
-        for number, (level, given) in enumerate(zip(levels, model.levels, strict=True), 1)
+        replace(_storey(model, level, bodies, resolution), number=number, stem=stem)
+        for number, (level, given, stem) in enumerate(
+            zip(levels, model.levels, stems, strict=True), 1
+        )
         if given in chosen
     )
 
@@ -101,7 +106,12 @@ def _storeys(
 def _chosen(model: IfcModel, storey: str | None) -> Sequence[IfcLevel]:
     if storey is None:
         return model.levels
-    named = [each for each in model.levels if each.name.casefold() == storey.strip().casefold()]
+    wanted = storey.strip().casefold()
+    named = [
+        each
+        for each in model.levels
+        if wanted in {each.name.casefold(), *each.name.casefold().split(JOINED)}
+    ]
     if not named and storey.isdecimal() and 1 <= int(storey) <= len(model.levels):
         named = [model.levels[int(storey) - 1]]
     if not named:
@@ -181,7 +191,7 @@ def _storey(model: IfcModel, level: IfcLevel, bodies: _Bodies, resolution: float
     if apart:
         notes.append(f"doors that join no room: {', '.join(apart)}")
     return BuildingStorey(
-        name=level.name, elevation=floor, grid=grid, rooms=tuple(rooms), doors=doors,
+        name=level.name, stem="", elevation=floor, grid=grid, rooms=tuple(rooms), doors=doors,
         links=tuple(_links(level.products, bodies)), notes=tuple(notes),
     )  # fmt: skip
 
@@ -239,11 +249,15 @@ def _room(space: Entity, bodies: _Bodies, floor: float, notes: list[str]) -> Roo
         id=space.GlobalId,
         number=(space.Name or "").strip(),
         name=(space.LongName or "").strip(),
-        polygons=tuple(
-            np.array(shapely.get_coordinates(each.exterior.simplify(1e-3)))[:-1] for each in parts
-        ),
+        polygons=tuple(_corners(each.exterior) for each in parts),
+        holes=tuple(_corners(ring) for each in parts for ring in each.interiors),
         area=float(sum(each.area for each in parts)),
     )
+
+
+def _corners(ring: shapely.LinearRing) -> Floats:
+    """Corners (k, 2) of an outline, m."""
+    return np.array(shapely.get_coordinates(ring.simplify(1e-3)))[:-1]
 
 
 def _grid(
@@ -310,19 +324,17 @@ def _empty_grid(points: Floats, resolution: float, level: IfcLevel) -> Occupancy
 
 def _links(products: Iterable[Entity], bodies: _Bodies) -> Iterable[StoreyLink]:
     """Lifts, stairs and ramps; stairs and their flights are one."""
-
-    def parts(product: Entity) -> list[Entity]:
-        below = [e for link in product.IsDecomposedBy for e in link.RelatedObjects]
-        return [product, *(part for each in below for part in parts(each))]
-
     for product in products:
         kind = next((_LINKS[k] for k in _LINKS if product.is_a(k)), None)
         whole = [link.RelatingObject for link in getattr(product, "Decomposes", ())]
         if kind is None or any(e.is_a(k) for e in whole for k in _LINKS):
             continue
-        if getattr(product, "PredefinedType", None) in _NO_LIFTS:
+        # IFC2X3 calls the type OperationType.
+        types = {getattr(product, name, None) for name in ("PredefinedType", "OperationType")}
+        if types & _NO_LIFTS:
             continue
-        found = [bodies.meshes[e.id()] for e in parts(product) if e.id() in bodies.meshes]
+        parts = (product, *decomposition(product))
+        found = [bodies.meshes[e.id()] for e in parts if e.id() in bodies.meshes]
         if found:
             points = np.concatenate([mesh.vertices[:, :2] for mesh in found])
             hull = shapely.get_coordinates(shapely.MultiPoint(points).convex_hull)[:-1]

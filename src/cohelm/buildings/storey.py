@@ -29,9 +29,11 @@ class Room:
     name: str
     """May be empty."""
     polygons: tuple[Floats, ...]
-    """Outlines (k, 2) of the parts, largest first; map frame, m. Holes are left out."""
+    """Outlines (k, 2) of the parts, largest first; map frame, m."""
     area: float
-    """Without holes in the floor, m²."""
+    """Without holes, m²."""
+    holes: tuple[Floats, ...] = ()
+    """Outlines (k, 2) of what they enclose and the room does not contain, as an inner room."""
 
     @property
     def label(self) -> str:
@@ -46,7 +48,11 @@ class Room:
     def contains(self, point: ArrayLike) -> bool:
         """Check that a map point (2,) lies in the room."""
         x, y = np.asarray(point, dtype=float)
-        return any(distance_to_polygon(each, x, y) < 0.0 for each in self.polygons)
+        inside, beside = (
+            any(distance_to_polygon(each, x, y) < 0.0 for each in outlines)
+            for outlines in (self.polygons, self.holes)
+        )
+        return inside and not beside
 
 
 @value
@@ -109,6 +115,8 @@ class BuildingStorey:
     """Floor of a building as a chair meets it; the map frame is the model's, in metres."""
 
     name: str
+    stem: str
+    """Name of its files, without suffix."""
     elevation: float
     """Height of the floor in the model, m; 0 for a plain map."""
     grid: OccupancyGrid
@@ -123,7 +131,7 @@ class BuildingStorey:
 
 def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
     """Cells (rows, cols) of a room."""
-    return polygon_cells(room.polygons, grid)
+    return polygon_cells(room.polygons, grid) & ~polygon_cells(room.holes, grid)
 
 
 def polygon_cells(polygons: Iterable[Floats], grid: OccupancyGrid) -> Booleans:

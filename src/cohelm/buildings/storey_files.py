@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import re
-import unicodedata
 from collections import Counter
 from collections.abc import Sequence, Set
 from pathlib import Path
@@ -27,18 +25,7 @@ from cohelm.maps import (
 )
 
 
-def storey_stems(storeys: Sequence[BuildingStorey]) -> tuple[str, ...]:
-    """Names of the files of storeys, without suffix: lower case, without spaces, all different."""
-    stems: list[str] = []
-    for storey in storeys:
-        ascii_ = unicodedata.normalize("NFKD", storey.name).encode("ascii", "ignore").decode()
-        stem = re.sub(r"[^a-z0-9]+", "-", ascii_.lower()).strip("-") or "storey"
-        same = sum(re.fullmatch(rf"{stem}(-\d+)?", each) is not None for each in stems)
-        stems.append(f"{stem}-{same + 1}" if same else stem)
-    return tuple(stems)
-
-
-def write_storey(storey: BuildingStorey, folder: Path, stem: str) -> tuple[Path, ...]:
+def write_storey(storey: BuildingStorey, folder: Path) -> tuple[Path, ...]:
     """Write map (.yaml, .pgm), places (.places.yaml) and record (.storey.json); returns the files.
 
     A storey without free floor has a record only.
@@ -46,12 +33,12 @@ def write_storey(storey: BuildingStorey, folder: Path, stem: str) -> tuple[Path,
     Raises:
         MapError: if a file cannot be written.
     """
-    files = [folder / f"{stem}.storey.json"]
+    stem, files = storey.stem, [folder / f"{storey.stem}.storey.json"]
     record = storey_record(storey)
     if np.any(~storey.grid.blocked()):
-        files = [folder / f"{stem}.yaml", folder / f"{stem}.places.yaml", *files]
+        files = [folder / f"{stem}{suffix}" for suffix in (".yaml", ".pgm", ".places.yaml")] + files
         write_map(storey.grid, files[0])
-        write_places(room_places(storey), files[1])
+        write_places(room_places(storey), files[2])
         record["map"] = files[0].name
     try:
         text = json.dumps(record, ensure_ascii=False, indent=1)

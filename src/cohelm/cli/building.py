@@ -13,7 +13,6 @@ from cohelm.buildings import (
     read_building,
     room_names,
     storey_record,
-    storey_stems,
     write_storey,
 )
 from cohelm.cli.progress import Counting
@@ -29,21 +28,24 @@ def building(request: BuildingRequest) -> int:
     Raises:
         CohelmError: if the model or map cannot be read, or a file not be written.
     """
-    for folder, key in ((request.out, "--out"), (request.plot, "--plot")):
-        if folder is not None:
-            make_folder(folder, key)
+    folders = [(request.out, "--out"), (request.plot, "--plot")]
+    for folder, key in folders:
+        if folder is not None and (folder.suffix == ".png" or folder.is_file()):
+            raise ConfigError(f"{folder}: name a folder, for the files of all storeys", key=key)
     storeys = read_building(
         request.model, storey=request.storey, resolution=request.resolution, watch=_counted
     )
-    stems = storey_stems(storeys)
+    if request.out is not None and not request.overwrite:
+        _check_free(request.out, storeys)
+    for folder, key in folders:
+        if folder is not None:
+            make_folder(folder, key)
     written: list[Path] = []
     if request.out is not None:
-        if not request.overwrite:
-            _check_free(request.out, stems)
-        for storey, stem in zip(storeys, stems, strict=True):
-            written += write_storey(storey, request.out, stem)
+        for storey in storeys:
+            written += write_storey(storey, request.out)
     if request.plot is not None:
-        written += _draw(storeys, stems, request.plot)
+        written += _draw(storeys, request.plot)
     if request.json:
         write_json(
             {
@@ -59,15 +61,15 @@ def building(request: BuildingRequest) -> int:
     return 0
 
 
-def _check_free(folder: Path, stems: tuple[str, ...]) -> None:
+def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...]) -> None:
     """Refuse to replace files, which somebody may have edited.
 
     Raises:
         ConfigError: naming the first file that exists.
     """
-    for stem in stems:
+    for storey in storeys:
         for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json"):
-            if (file := folder / f"{stem}{suffix}").exists():
+            if (file := folder / f"{storey.stem}{suffix}").exists():
                 raise ConfigError(
                     f"{file} exists; name another folder, or --overwrite", key="--out"
                 )
@@ -78,10 +80,10 @@ def _counted(products: Iterable[Any], total: int) -> Iterator[Any]:
         yield from counting(products)
 
 
-def _draw(storeys: tuple[BuildingStorey, ...], stems: tuple[str, ...], folder: Path) -> list[Path]:
+def _draw(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
     from cohelm.plotting import draw_storey
 
-    files = [folder / f"{stem}.png" for stem in stems]
+    files = [folder / f"{storey.stem}.png" for storey in storeys]
     for storey, file in zip(storeys, files, strict=True):
         draw_storey(storey, file)
     return files
@@ -102,10 +104,10 @@ def _print(storey: BuildingStorey) -> None:
             table.add_row(name, room.number, f"{room.area:.1f}", ", ".join(near))
         OUTPUT.print(table)
     if storey.doors:
-        table = plain_table("door between", "clear width, m", "from", "x, m", "y, m")
+        table = plain_table("between", "is a", "clear width, m", "from", "x, m", "y, m")
         for door, pair in zip(storey.doors, sides, strict=True):
             place = (f"{value:.2f}" for value in door.point)
-            table.add_row(" – ".join(pair), f"{door.width:.2f}", door.width_from, *place)
+            table.add_row(" – ".join(pair), door.kind, f"{door.width:.2f}", door.width_from, *place)
         OUTPUT.print(table)
     for note in storey.notes:
         print_line(f"note: {note}")

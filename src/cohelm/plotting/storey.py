@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.patches import Polygon
@@ -13,6 +14,11 @@ from cohelm.plotting import canvas
 
 _TINTS = ("#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#edc948", "#76b7b2", "#e15759", "#9c755f")
 _DOOR, _LINK = "#c23b3b", "#5a4fcf"
+_LINES: dict[bool, dict[str, Any]] = {
+    True: {"color": _DOOR, "linewidth": 3.0, "solid_capstyle": "butt"},
+    False: {"color": _DOOR, "linewidth": 1.6, "linestyle": (0, (2, 1))},
+}
+"""Lines of doors, and of openings without one."""
 _MARGIN = 0.7
 """Around the rooms and doors, m."""
 
@@ -41,9 +47,12 @@ def draw_storey(storey: BuildingStorey, file: Path, *, title: str = "") -> None:
             Polygon(link.polygon, fill=False, edgecolor=_LINK, hatch="///", alpha=0.6, zorder=3)
         )
         x, y = link.polygon.mean(axis=0)
-        axes.annotate(link.kind, (x, y), color=_LINK, fontsize=8, ha="center", zorder=8)
+        axes.annotate(
+            link.kind, (x, y), color=_LINK, fontsize=8, ha="center", zorder=8,
+            path_effects=[withStroke(linewidth=2.0, foreground="white")],
+        )  # fmt: skip
     for door in storey.doors:
-        axes.plot(*door.ends.T, color=_DOOR, linewidth=3.0, solid_capstyle="butt", zorder=6)
+        axes.plot(*door.ends.T, **_LINES[door.kind == "door"], zorder=6)
         x, y = door.point
         axes.annotate(
             f"{door.width:.2f}", (x, y), xytext=(0, 5), textcoords="offset points",
@@ -53,7 +62,9 @@ def draw_storey(storey: BuildingStorey, file: Path, *, title: str = "") -> None:
     canvas.draw_places(
         axes, room_places(storey), np.array([d.point for d in storey.doors]).reshape(-1, 2)
     )
+    for is_door in sorted({door.kind == "door" for door in storey.doors}, reverse=True):
+        label = "door, clear width in m" if is_door else "opening or passage without a door"
+        axes.plot([], [], **_LINES[is_door], label=label)
     if storey.doors:
-        axes.plot([], [], color=_DOOR, linewidth=3.0, label="door, clear width in m")
         canvas.draw_legend(figure, axes)
     canvas.save(figure, file)
