@@ -17,8 +17,6 @@ from cohelm.evaluation.perception.ground_view import GRID, NearestEdge, Recorded
 from cohelm.recordings import Frame, SensorRecording, open_recording
 from cohelm.robots import load_robot
 
-ROBOT = "quantum_q6_edge_lidar"
-
 
 def ground(request: GroundRequest) -> int:
     """Map the floor of a recording and print what it shows; returns 0.
@@ -30,7 +28,7 @@ def ground(request: GroundRequest) -> int:
         from cohelm.plotting import check_picture
 
         check_picture(request.plot)
-    robot = load_robot(request.robot or ROBOT)
+    robot = load_robot(request.robot)
     recording = open_recording(request.recording, topic=request.topic, rate=request.rate)
     found = RecordedGround(robot, request.reach, only=recording.frames == 1)
     with Counting(recording.name, recording.frames, shown=not request.json) as counting:

@@ -238,7 +238,10 @@ class BuildingRequest:
         typer.Option(metavar="NAME|N", help="Only this storey; 1 is the lowest. Default: all."),
     ] = None
     resolution: Annotated[
-        float, typer.Option(metavar="M", min=0.01, max=1.0, help="Side of a cell of the maps, m.")
+        float,
+        typer.Option(
+            metavar="M", min=0.01, max=1.0, help="Side of a cell, m; a map keeps its own."
+        ),
     ] = 0.05
     out: Annotated[
         Path | None,
@@ -347,8 +350,8 @@ class GroundRequest:
         Path | None, typer.Option(metavar="FILE", help="Save a picture of heights and edges.")
     ] = None
     robot: Annotated[
-        str | None, typer.Option(metavar="NAME|FILE", help="Robot whose step limits are used.")
-    ] = None
+        str, typer.Option(metavar="NAME|FILE", help="Robot whose step limits are used.")
+    ] = "quantum_q6_edge_lidar"
     reach: Annotated[
         float, typer.Option(metavar="M", min=1.0, max=20.0, help="Distance up to which it looks.")
     ] = 8.0

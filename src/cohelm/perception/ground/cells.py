@@ -24,7 +24,7 @@ _LEVEL, _HIGH = 0.02, 0.3
 _STRIDE = 0.5
 """Step along a ray below the floor, cells."""
 _HANGING = 0.8
-"""Objects that begin higher have no foot on the floor, m: awnings, shutters, table tops."""
+"""Objects that begin higher have no foot on the floor, m: awnings, half-open shutters."""
 _MIRRORED = 3
 """Cells of floor below which a ray passes before its return counts as mirrored."""
 
