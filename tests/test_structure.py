@@ -64,7 +64,7 @@ BUDGET = {
     "control": (8750, 56),
     "evaluation": (8225, 52),
     "health": (2225, 13),
-    "live": (10200, 64),
+    "live": (10225, 64),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5550, 38),

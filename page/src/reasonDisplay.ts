@@ -12,7 +12,7 @@ const ASK = new Set([
 ]);
 const STOP = new Set(["blocked", "keepout", "edge_ahead", "waiting", "goal_occupied", "replanning", "no_safe_plan", "solver_failed", "navigator_timeout", "late"]);
 const SLOW = new Set([
-  "too_close", "over_limits", "creeping", "floor_unseen", "backing_up", "reversing", "scan_partly_blind", "pose_doubtful", "drive_weak",
+  "too_close", "over_limits", "creeping", "floor_unseen", "edges_allowed", "backing_up", "reversing", "scan_partly_blind", "pose_doubtful", "drive_weak",
 ]);
 /** Motions that the rider notices whatever the speed is. */
 const NOTICED = new Set(["backing_up", "reversing"]);

@@ -28,7 +28,7 @@ const STANDS_LASTS = 400;
 /** What is nearer to the middle of the chair than this, ahead of it, is close, m (assumed). */
 const CLOSE = 1.5;
 /** Reasons whose cause is an edge of the floor, within this of the middle of the chair, m (assumed). */
-const AT_EDGES = new Set(["edge_ahead", "floor_unseen"]);
+const AT_EDGES = new Set(["edge_ahead", "floor_unseen", "edges_allowed"]);
 const AT_EDGE = 2;
 const RING = "cohelm.ring";
 

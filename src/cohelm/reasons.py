@@ -60,6 +60,7 @@ class Reason(StrEnum):
     KEEPOUT = "keepout", "No entry here. Stopped."
     EDGE_AHEAD = "edge_ahead", "A step or an edge in the floor. Stopped."
     FLOOR_UNSEEN = "floor_unseen", "Floor that cannot be seen. Very slow, and not backwards."
+    EDGES_ALLOWED = "edges_allowed", "Edges of the floor are not avoided now. Very slow."
     # Local planner.
     STICK_BACK = (
         "stick_back",

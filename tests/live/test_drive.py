@@ -252,6 +252,16 @@ def test_limits_are_told_kept_and_never_loosened_while_the_chair_moves(drive, pa
     assert {"limits_changed", "limits_rejected", "rider_settings_changed"} <= set(noted)
 
 
+def test_edges_are_allowed_while_the_chair_stands_and_the_log_says_so(drive, page):
+    page.moves()
+    with pytest.raises(LimitsLoosened):
+        drive.allow_edges("therapist", time.monotonic())
+    page.rests()
+    drive.allow_edges("therapist", time.monotonic())
+    assert page.of("notice")[-1].code == "edges_allowed"
+    assert "edges_allowed" in {entry.event for entry in drive.audit.entries(10)}
+
+
 def test_the_world_begins_anew_with_another_seed(page):
     page.moves()
     page.stick = (0.0, 0.0)

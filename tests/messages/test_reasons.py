@@ -23,6 +23,7 @@ CODES = {
     "keepout",
     "edge_ahead",
     "floor_unseen",
+    "edges_allowed",
     "fell",
     "no_safe_plan",
     "scan_frozen",

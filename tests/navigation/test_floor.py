@@ -5,10 +5,15 @@ import math
 import numpy as np
 import pytest
 
+from cohelm.arrays import replace
 from cohelm.evaluation import Outcome, run
+from cohelm.evaluation.episode.episode import Course
 from cohelm.geometry import transform
 from cohelm.messages import Reason
+from cohelm.navigation import Navigator
 from cohelm.navigation.floor import CREEPING
+from cohelm.platforms import open_simulation
+from cohelm.scenarios import build_scenario
 from cohelm.scenarios.scenario import Scenario
 
 EDGE = 8.0
@@ -57,6 +62,26 @@ def test_a_stop_at_an_edge_names_it():
     assert ride.outcome is not Outcome.FELL
     assert ride.ticks[-1].decision.reason is Reason.EDGE_AHEAD
     assert not ride.twist[-1].any()
+
+
+@pytest.mark.parametrize("mode", ["shared", "stop_only"])
+def test_an_edge_that_stopped_the_chair_is_crossed_slowly_once_it_is_allowed(mode):
+    setup = build_scenario(towards({"height": -0.06}, mode, time_limit=30), 0)
+    platform, world = open_simulation(setup)
+    course = Course(setup, platform, world, Navigator(setup.navigator))
+    stopped = []
+
+    def allow(tick, truth):
+        edge = tick.decision.reason is Reason.EDGE_AHEAD
+        if edge and not tick.decision.twist.any() and not stopped:
+            stopped.append(tick.observation.time)
+            course.setup = replace(setup, request=replace(setup.request, over_edges=True))
+
+    ride = course.run(allow)
+    assert stopped
+    assert beyond(ride) > 0.0
+    assert np.abs(ride.twist[ride.time > stopped[0], 0]).max() <= CREEPING + 0.03
+    assert ride.ticks[-1].decision.reason is Reason.EDGES_ALLOWED
 
 
 def test_manual_can_fall_as_it_can_collide():

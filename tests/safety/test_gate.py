@@ -313,6 +313,7 @@ HARD = {
     Reason.BLOCKED,
     Reason.EDGE_AHEAD,
     Reason.FLOOR_UNSEEN,
+    Reason.EDGES_ALLOWED,
     Reason.FELL,
     Reason.NO_DRIVER,
     Reason.CONNECTION_LOST,

@@ -130,6 +130,11 @@ class Still:
         self.limits = limits
         self.audit.log_event(who, "limits")
 
+    def allow_edges(self, who, now):
+        if self.moving:
+            raise LimitsLoosened("Edges can be allowed only while the chair stands.")
+        self.audit.log_event(who, "edges_allowed")
+
     def set_rider(self, rider, who):
         self.rider = rider
 

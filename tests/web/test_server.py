@@ -85,6 +85,15 @@ def test_limits_that_would_rise_have_to_wait(therapist, drive):
     assert drive.limits.max_speed == 0.8
 
 
+def test_a_therapist_allows_edges_while_the_chair_stands(therapist, drive, open_server):
+    assert therapist.post("/api/edges").status_code == 204
+    assert drive.audit.noted[-1][:2] == ("therapist 1", "edges_allowed")
+    drive.moving = True
+    assert therapist.post("/api/edges").status_code == 409
+    with open_server.http() as driver:
+        assert driver.post("/api/edges").status_code == 403
+
+
 @pytest.mark.parametrize(
     "body",
     [

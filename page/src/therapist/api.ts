@@ -60,6 +60,7 @@ export const api = {
   me: () => ask<Me>("GET", "/api/me"),
   signOut: () => ask<null>("POST", "/api/sign-out"),
   limits: (limits: Limits) => ask<Limits>("PUT", "/api/limits", limits),
+  allowEdges: () => ask<null>("POST", "/api/edges"),
   rider: (rider: RiderSettings) => ask<RiderSettings>("PUT", "/api/rider", rider),
   sessions: () => ask<SessionSummary[]>("GET", "/api/sessions"),
   deleteSessions: () => ask<{ deleted: number }>("DELETE", "/api/sessions"),

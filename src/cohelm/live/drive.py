@@ -27,7 +27,7 @@ from cohelm.errors import CohelmError
 from cohelm.live.commands import HANDLERS, CommandHandler
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
-from cohelm.live.control.limits import ActiveSettings, LimitsLoosened
+from cohelm.live.control.limits import OVER_EDGES, ActiveSettings, LimitsLoosened
 from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
@@ -37,6 +37,7 @@ from cohelm.live.messages import (
     Echo,
     FromPage,
     Limits,
+    Notice,
     Rejected,
     RiderSettings,
     Role,
@@ -308,6 +309,25 @@ class Drive:
         after = self.limits.model_dump()
         self.audit.log_event(actor, "limits_changed", before=before.model_dump(), after=after)
         self._announce_settings()
+
+    def allow_edges(self, actor: str, now: float) -> None:
+        """Let the chair creep over edges of the floor for ``OVER_EDGES``, and log it.
+
+        Args:
+            actor: Name for the audit log.
+            now: s of the control loop's clock.
+
+        Raises:
+            LimitsLoosened: The chair moves.
+        """
+        if self._loop.cycle.moves:
+            raise LimitsLoosened("Edges can be allowed only while the chair stands.")
+        self._settings.over_edges_until = now + OVER_EDGES
+        self.audit.log_event(actor, "edges_allowed", seconds=OVER_EDGES)
+        text = (
+            f"Edges of the floor are allowed for {OVER_EDGES:.0f} s. The chair does not avoid them."
+        )
+        self._send(Notice(code="edges_allowed", text=text), None)
 
     @property
     def rider(self) -> RiderSettings:

@@ -96,3 +96,5 @@ class Request:
     kept until then."""
     extra_clearance: float = 0.0
     """Clearance from people in addition to the gate's own margin, m."""
+    over_edges: bool = False
+    """Edges of the floor are no obstacles, and the chair creeps: a therapist stands by."""

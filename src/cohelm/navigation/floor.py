@@ -52,7 +52,8 @@ def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:
     twist = step.observation.twist if step.commanded is None else step.commanded
     if math.hypot(twist[0], twist[1]) < CREEPING:
         twist = np.array([math.copysign(_ALONG, twist[0]), 0.0, 0.0])
-    limit = max(_stopping_speed(step, floor, twist), CREEPING)
+    over = step.request.over_edges
+    limit = CREEPING if over else max(_stopping_speed(step, floor, twist), CREEPING)
     if limit >= step.request.speed_limit:
         return step
     return replace(step, request=replace(step.request, speed_limit=limit))
@@ -64,15 +65,17 @@ def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | N
     if floor is None or step.request.mode is Mode.MANUAL or not twist.any():
         return decision
     speed = float(_point_speeds(step.setup.robot, twist).max())
-    limit = _stopping_speed(step, floor, twist)
+    allowed = step.request.over_edges
+    limit = CREEPING if allowed else _stopping_speed(step, floor, twist)
+    slowed = Reason.EDGES_ALLOWED if allowed else Reason.FLOOR_UNSEEN
     if limit < CREEPING:
         forwards = twist[0] > -_STILL and abs(twist[1]) <= max(twist[0], _STILL)
         known = math.inf if forwards else _stopping_speed(step, floor, twist, seen=False)
         limit = max(limit, min(CREEPING, known))
     if speed <= limit + 1e-9:
         slow = limit <= CREEPING and decision.reason in {None, Reason.OVER_LIMITS}
-        return replace(decision, reason=Reason.FLOOR_UNSEEN) if slow else decision
-    return replace(decision, twist=twist * (limit / speed), reason=Reason.FLOOR_UNSEEN)
+        return replace(decision, reason=slowed) if slow else decision
+    return replace(decision, twist=twist * (limit / speed), reason=slowed)
 
 
 def _stopping_speed(

@@ -160,7 +160,7 @@ def _route_query(
         live=merge_obstacles(
             world.live,
             world.obstacle_memory,
-            None if world.floor is None else world.floor.edges,
+            None if world.floor is None or request.over_edges else world.floor.edges,
         ),
         walls=world.walls,
         authority=authority if request.mode is Mode.SHARED else None,

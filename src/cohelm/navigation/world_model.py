@@ -47,7 +47,7 @@ from cohelm.perception import (
     perceive,
     update_obstacle_layer,
 )
-from cohelm.perception.ground.ground_map import with_edges
+from cohelm.perception.ground.ground_map import with_edges, without_edges
 from cohelm.robots import Robot
 from cohelm.robots.contact import touching
 from cohelm.robots.contact_kernel import WALKING
@@ -149,7 +149,10 @@ def update_world_model(
     stopwatch.lap("social")
     floor = update_floor(step)
     stopwatch.lap("ground")
-    live = layer.obstacles if floor is None else with_edges(layer.obstacles, floor.edges)
+    live = layer.obstacles
+    if floor is not None:
+        edged = without_edges if step.request.over_edges else with_edges
+        live = edged(live, floor.edges)
     openings = _openings(step, detections, openable)
     walls, seen_walls = _walls(step, barriers, live, openings)
     stopwatch.lap("walls")

@@ -177,6 +177,12 @@ def set_limits(given: Limits, who: Therapist, here: Here) -> Limits:
     return here.drive.limits
 
 
+@router.post("/edges", status_code=204)
+def allow_edges(who: Therapist, here: Here) -> None:
+    """Let the chair creep over edges of the floor for a short time, while it stands."""
+    here.drive.allow_edges(who.name, time.monotonic())
+
+
 @router.get("/rider")
 async def rider(_: SignedIn, here: Here) -> RiderSettings:
     """Return the rider's settings in force."""

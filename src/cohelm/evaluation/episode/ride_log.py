@@ -24,6 +24,7 @@ _NOT_A_STOP = frozenset(
         Reason.REVERSING,
         Reason.CREEPING,
         Reason.FLOOR_UNSEEN,
+        Reason.EDGES_ALLOWED,
         Reason.POSE_DOUBTFUL,
         Reason.SCAN_PARTLY_BLIND,
         Reason.DRIVE_WEAK,

@@ -9,6 +9,7 @@ is never silently replaced by looser defaults.
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -24,6 +25,8 @@ from cohelm.live.sessions.files import make_private_folder, write_atomically
 from cohelm.messages import RiderProfile
 from cohelm.robots import Robot
 
+OVER_EDGES = 20.0
+"""Time for which a therapist can allow edges of the floor, s (as LUCI's override)."""
 PACES = {"slow": 0.4, "normal": 0.7, "brisk": 1.0}
 """Speeds that the rider chooses from, m/s; assumed. Limits and robot bound them."""
 
@@ -85,6 +88,8 @@ class ActiveSettings:
             rider=rider or first.rider,
             person=first.person,
         )
+        self.over_edges_until = -math.inf
+        """Time until which edges of the floor may be crossed, s of the control loop's clock."""
         self._stored: StoredSettings | None = stored
         """Content of the file; None: there is none yet, and none is needed for the defaults."""
 

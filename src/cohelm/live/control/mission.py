@@ -150,6 +150,7 @@ def request_of(
     *,
     moves: bool,
     stop: bool = False,
+    over_edges: bool = False,
 ) -> Request:
     """Return the request to the navigator.
 
@@ -161,6 +162,7 @@ def request_of(
         limits, rider: Settings in force.
         moves: True if the chair may move.
         stop: STOP, or the driver's wait after a fault, which ends findings of the health monitor.
+        over_edges: Edges of the floor may be crossed now.
     """
     mode = mission.active_mode
     if not moves and mode.rider_drives:
@@ -173,6 +175,7 @@ def request_of(
         profile=limited_profile(profile, mission.pace, limits, rider),
         speed_limit=min(PACES[mission.pace], limits.max_speed) if moves else 0.0,
         stop=stop,
+        over_edges=over_edges,
         # The safety gate, too, keeps what the therapist adds to the distance of the profile.
         extra_clearance=max(limits.min_distance - profile.social_distance, 0.0),
     )

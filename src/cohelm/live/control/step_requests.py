@@ -95,7 +95,13 @@ def step_request(
         mission_version=driver.mission.version,
         observation=replace(observation, rider=stick),
         request=request_of(
-            driver.mission, profile, settings.limits, settings.rider, moves=moves, stop=stop
+            driver.mission,
+            profile,
+            settings.limits,
+            settings.rider,
+            moves=moves,
+            stop=stop,
+            over_edges=now < settings.over_edges_until,
         ),
         truth=world.truth,
         heartbeat_seq=driver_link.current_heartbeat(link, now).seq if moves else -1,
