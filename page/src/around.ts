@@ -1,7 +1,7 @@
 // What is about the chair: free directions, what blocks them, and the cause of a stop on the map.
 
-import type { ChairState, PersonInfo, SceneInfo } from "./messages";
-import { distance, distanceToLine, distanceToSegment, lastOf, lengthTo } from "./map/strokes";
+import type { ChairState, PersonInfo, PlaceInfo, SceneInfo } from "./messages";
+import { areaOf, contains, distance, distanceToLine, distanceToSegment, lastOf, lengthTo } from "./map/strokes";
 import type { Point } from "./map/view";
 
 export type Thing = "person" | "door" | "wall" | "object";
@@ -175,6 +175,12 @@ export function nearestName(places: SceneInfo["places"], at: Point): string {
 /** Name of the place that is nearest to a point; empty where none is near. */
 export function nameBy(places: SceneInfo["places"], at: Point): string {
   return nearestName(places.filter(({ x, y }) => distance([x, y], at) < FAR), at);
+}
+
+/** Name of the smallest area about a point; empty where there is none. */
+export function placeAround(places: readonly PlaceInfo[], at: Point): string {
+  const around = places.filter(({ area }) => area.length > 2 && contains(area, at));
+  return around.sort((a, b) => areaOf(a.area) - areaOf(b.area))[0]?.name ?? "";
 }
 
 /** Names of the four sides, for what is read out. */

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from cohelm.arrays import replace
 from cohelm.live.commands import CommandHandler
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings
@@ -14,9 +15,10 @@ from cohelm.live.control.navigator_process import NavigatorServer
 from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.world_factory import LiveWorld
 from cohelm.live.control_cycle import ControlCycle
-from cohelm.live.messages import FloorInfo, Heartbeat, ResumeCommand, TakeControl
+from cohelm.live.messages import FloorInfo, Heartbeat, Notice, ResumeCommand, TakeControl
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
+from cohelm.maps import OCCUPIED
 from cohelm.platforms import Capabilities, PlanarPlatform
 from cohelm.simulation import World
 
@@ -116,14 +118,25 @@ class Rig:
         log_event = lambda *_, **__: None  # noqa: E731
         self.driver = DriverState()
         bounds = FloorInfo(image="", width=200, height=200, resolution=0.1, x=0.0, y=0.0)
+        grid, robot = ride_setup.grid, ride_setup.robot
+        shut = replace(grid, data=np.full_like(grid.data, OCCUPIED))
+        storeys = {"Level 1": grid, "Level 2": grid, "Roof": shut}
         floor = SimpleNamespace(
-            places=ride_setup.places, grid=ride_setup.grid, scene=SimpleNamespace(floor=bounds)
+            places=ride_setup.places,
+            grid=grid,
+            robot=robot,
+            scene=SimpleNamespace(floor=bounds, storey="Level 1"),
+            storeys=[SimpleNamespace(name=name, grid=each) for name, each in storeys.items()],
+        )
+        loop = SimpleNamespace(
+            preparing=False,
+            announce=lambda code, text: self.send(Notice(code=code, text=text), None),
         )
         self.commands = CommandHandler(
             self.driver,
             floor,
             settings,
-            SimpleNamespace(preparing=False),
+            loop,
             services,
             send=self.send,
             log_event=log_event,
@@ -136,6 +149,7 @@ class Rig:
             send=self.send,
             clock=self.clock,
         )
+        loop.cycle = self.cycle
         self.cycle.enter(self.new_world())
 
     def new_world(self):

@@ -13,6 +13,7 @@ from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.time_rate import ABSORBED_LATENESS
 from cohelm.live.control.watchdog import CONFIRM_AFTER, MAX_ANSWER_AGE
 from cohelm.live.messages import (
+    ChangeStorey,
     Heartbeat,
     ReleaseControl,
     ResumeCommand,
@@ -470,3 +471,26 @@ def test_beats_that_lie_about_their_time_do_not_move_the_chair(rig):
     for k in range(20):
         rig.say(Heartbeat(seq=1000 + k, sent=0.0, forward=1.0))
         assert stands(rig.step())
+
+
+def test_another_storey_is_taken_only_where_the_chair_stands_on_free_floor(hall):
+    rig = Rig(hall)
+    rig.drive()
+    rig.steps(20, 0.8)
+    rig.say(ChangeStorey(id=2, storey="Level 2"))
+    rig.step()
+    assert rig.of("rejected")[-1].id == 2
+    rig.steps(40, 0.0)
+    rig.say(ChangeStorey(id=1, storey="Level 2"), client="b")
+    rig.step()
+    assert rig.of("rejected")[-1].code == "not_driver"
+    for name in ("Level 1", "Level 3", "Roof"):
+        rig.say(ChangeStorey(id=3, storey=name))
+        rig.step()
+        assert rig.of("rejected")[-1].code == "no_storey"
+    assert rig.commands.next_storey is None
+    rig.say(ChangeStorey(id=4, storey="Level 2"))
+    rig.step()
+    assert rig.commands.next_storey.name == "Level 2"
+    assert rig.commands.next_storey.pose == pytest.approx(rig.state.pose, abs=0.02)  # measured
+    assert rig.of("notice")[-1].text == "The map changes to Level 2."

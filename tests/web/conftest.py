@@ -64,6 +64,7 @@ class Still:
         self.limits = Limits(max_speed=0.8, max_acceleration=0.5, min_distance=0.3)
         self.rider = RiderSettings()
         self.moving = False
+        self.next_storey = None
         self.told = lambda message, client: None
         self.joined_as = {}
         self.gone = []

@@ -9,7 +9,7 @@ import Destinations from "./Destinations.svelte";
 const PLACES = ["Ward 1", "Ward 2", "Cafeteria"].map((name, k) => ({ name, x: k, y: 0, area: [] }));
 
 async function goal(name: string | null): Promise<void> {
-  chair.heard({ type: "state", goal: name ? { name, x: 9, y: 9 } : null } as ChairState);
+  chair.heard({ type: "state", pose: [0, 0, 0], goal: name ? { name, x: 9, y: 9 } : null } as unknown as ChairState);
   await tick();
 }
 

@@ -6,16 +6,19 @@ import contextlib
 import importlib.util
 import math
 import sys
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from cohelm import plugins
+from cohelm.arrays import replace, value
 from cohelm.cli import parsing, platform_file
 from cohelm.cli.requests import DriveRequest, RunRequest
 from cohelm.cli.scenario_request import check_record, scenario_of
 from cohelm.errors import ConfigError
-from cohelm.live import DriveSetup
+from cohelm.live import DriveSetup, DriveStorey, NextStorey
 from cohelm.live.messages import Limits
 from cohelm.live.sessions.records import default_folder
 from cohelm.maps import distance_field, places_beside, read_map
@@ -46,17 +49,24 @@ def drive(request: DriveRequest) -> int:
         check_record(request.record)
     with contextlib.ExitStack() as files:
         setup = drive_setup(request, files)
-        web_server.serve_ride(setup, page, request)
+
+        def on_storey(storey: NextStorey) -> DriveSetup:
+            x, y, heading = storey.pose
+            start = f"{x:.3f},{y:.3f},{math.degrees(heading):.1f}"
+            return drive_setup(replace(request, start=start), files, storey=storey.name)
+
+        web_server.serve_ride(setup, page, request, on_storey=on_storey)
     sys.stdout.write("stopped; the page is closed\n")
     return 0
 
 
-def drive_setup(request: DriveRequest, files: contextlib.ExitStack) -> DriveSetup:
+def drive_setup(request: DriveRequest, files: contextlib.ExitStack, storey: str = "") -> DriveSetup:
     """Return the ride of a request.
 
     Args:
         request: Options.
         files: Removes temporary files when the ride is over.
+        storey: Storey of a building; empty: that of the start, else the lowest.
 
     Raises:
         CohelmError: naming the option, the key or the file.
@@ -65,11 +75,19 @@ def drive_setup(request: DriveRequest, files: contextlib.ExitStack) -> DriveSetu
     if name is not None and name.endswith((".yaml", ".yml")):
         file = Path(name)
         return drive_setup_of(platform_file.read(file), file, request, files)
+    building = None
+    if request.map is not None and Path(request.map).is_dir():
+        building = drive_building(Path(request.map))
+        storey = storey or building.storey_of(request.start)
+        request = replace(request, map=str(building.maps[storey]))
     scenario = scenario_of_drive(request)
     if name is not None:
         plugins.load("platforms", name)
         scenario = scenario.model_copy(update={"platform": {"use": name}})
-    return _setup(scenario, None, request)
+    setup = _setup(scenario, None, request)
+    if building is None:
+        return setup
+    return replace(setup, storey=storey, storeys=building.storeys)
 
 
 def drive_setup_of(
@@ -81,6 +99,51 @@ def drive_setup_of(
     """Return the ride of a real chair, from the content of its file; see :func:`drive_setup`."""
     scenario, limits = platform_file.ride_of(given, file, request, files)
     return _setup(scenario, limits, request)
+
+
+@value
+class DriveBuilding:
+    """Storeys of a building with a map, lowest first."""
+
+    storeys: tuple[DriveStorey, ...]
+    maps: Mapping[str, Path]
+    """Map files by the storey's name."""
+
+    def storey_of(self, start: str | None) -> str:
+        """Name of the first storey with the place ``start``; the lowest if it is no place."""
+        named = [s.name for s in self.storeys if start in s.places]
+        return named[0] if named else self.storeys[0].name
+
+
+def drive_building(folder: Path) -> DriveBuilding:
+    """Read the storeys that ``cohelm building --out`` wrote to a folder.
+
+    Raises:
+        CohelmError: if the folder has no storey with a map, or a file cannot be read.
+    """
+    from cohelm.buildings import lifts_of, read_storeys, room_names  # an extra
+
+    written = read_storeys(folder)
+    files = {each.number: folder / f"{each.stem}.yaml" for each in written}
+    storeys = [each for each in written if files[each.number].is_file()]
+    if not storeys:
+        raise ConfigError(f"{folder}: no storey there has a map", key="--map")
+    same = Counter(each.name for each in storeys)
+    names = {s.number: s.name if same[s.name] == 1 else f"{s.name} ({s.number})" for s in storeys}
+    found = []
+    for storey in storeys:
+        rooms = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
+        lifts = {}
+        for lift in lifts_of(storeys):
+            landings = {each.storey: each for each in lift.landings}
+            if storey.number in landings:
+                place = rooms.get(landings[storey.number].room, lift.name)
+                others = (k for k in names if k in landings and k != storey.number)
+                lifts[place] = tuple(names[k] for k in others)
+        number, places = storey.number, places_beside(files[storey.number]).names
+        found.append(DriveStorey(name=names[number], grid=storey.grid, places=places, lifts=lifts))
+    maps = {name: files[number] for number, name in names.items()}
+    return DriveBuilding(storeys=tuple(found), maps=maps)
 
 
 def _setup(scenario: Scenario, limits: Limits | None, request: DriveRequest) -> DriveSetup:

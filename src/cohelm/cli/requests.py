@@ -90,7 +90,12 @@ class DriveRequest:
     platform: Annotated[
         str | None, typer.Option(metavar="FILE.yaml|NAME", help="Chair; default: simulated.")
     ] = None
-    map: OwnMap = None
+    map: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE.yaml|DIR", help="Own map instead, or a folder of cohelm building --out."
+        ),
+    ] = None
     start: Annotated[
         str | None,
         typer.Option(

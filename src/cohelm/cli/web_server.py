@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime
+import functools
 import io
 import sys
 import threading
@@ -16,8 +17,9 @@ from pathlib import Path
 
 import qrcode
 
+from cohelm.arrays import replace
 from cohelm.cli.requests import DriveRequest
-from cohelm.live import Drive, DriveSetup
+from cohelm.live import Drive, DriveSetup, NextStorey
 from cohelm.live.messages import Role
 from cohelm.live.sessions.timeline import timeline_of_recording
 from cohelm.robots import NO_DROP_PROTECTION
@@ -27,6 +29,7 @@ from cohelm.web.origins import VIEWER_PATH, address, is_loopback, names_of
 from cohelm.web.page_files import BuiltPage, read_page
 from cohelm.web.replay import replay_app, replay_server
 from cohelm.web.server import listening, make_context, serve
+from cohelm.web.server_context import ServerContext
 from cohelm.web.signin import new_token
 
 __all__ = ["qr_code", "read_page", "serve_ride", "show_recording"]
@@ -53,12 +56,8 @@ def show_recording(file: Path, page: BuiltPage, request: DriveRequest) -> None:
     with listening(request.host, request.port) as bound:
         base = address(names_of(request.host)[0], int(bound.getsockname()[1]), tls=False)
 
-        def started() -> None:
-            sys.stdout.write(f"  replay     {base}/\nPress Ctrl-C to end.\n")
-            sys.stdout.flush()
-            if request.open:
-                threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
-
+        lines = [f"  replay     {base}/", "Press Ctrl-C to end."]
+        started = functools.partial(_started, lines, base if request.open else "")
         replay_server(app, started).run(sockets=[bound])
 
 
@@ -67,14 +66,16 @@ def serve_ride(
     page: BuiltPage,
     request: DriveRequest,
     attach: Callable[[Drive], Callable[[], None]] | None = None,
+    on_storey: Callable[[NextStorey], DriveSetup] | None = None,
 ) -> None:
-    """Serve a ride until interrupted.
+    """Serve a ride until interrupted; on another storey the drive begins anew at the same address.
 
     Args:
         setup: Ride.
         page: Files of the page.
         request: Host, port and certificate.
         attach: Connects something else with the started drive, and returns how to end it.
+        on_storey: Returns the ride on another storey of the building.
 
     Raises:
         CohelmError: if host, port, certificate or scenario cannot be used.
@@ -86,31 +87,43 @@ def serve_ride(
         tokens["driver"] = new_token()
     with listening(request.host, request.port) as bound:
         base = address(names[0], int(bound.getsockname()[1]), tls=tls is not None)
-        drive, attached = Drive(setup), contextlib.ExitStack()
-        try:
-            served = make_context(
-                drive,
-                page,
-                bound,
-                host=request.host,
-                tokens=tokens,
-                tls=tls,
-                names=names,
-                viewers=request.viewer,
-            )
-            drive.start()
-            if attach is not None:
-                attached.callback(attach(drive))
+        opens = base if request.open else ""
+        context: ServerContext | None = None
+        while True:
+            drive, attached = Drive(setup), contextlib.ExitStack()
+            try:
+                if context is not None:  # who has signed in stays so
+                    context, lines = replace(context, drive=drive), [setup.scenario.name]
+                else:
+                    context = make_context(
+                        drive,
+                        page,
+                        bound,
+                        host=request.host,
+                        tokens=tokens,
+                        tls=tls,
+                        names=names,
+                        viewers=request.viewer,
+                    )
+                    lines = _addresses(setup, base, tokens, tls, viewers=bool(request.viewer))
+                drive.start()
+                if attach is not None:
+                    attached.callback(attach(drive))
+                serve(context, bound.dup(), tls, functools.partial(_started, lines, opens))
+            finally:
+                attached.close()
+                drive.close()
+            if drive.next_storey is None or on_storey is None:
+                return
+            setup, opens = on_storey(drive.next_storey), ""
 
-            def started() -> None:
-                _print_addresses(setup, base, tokens, tls, viewers=bool(request.viewer))
-                if request.open:
-                    threading.Thread(target=webbrowser.open, args=(base,), daemon=True).start()
 
-            serve(served, bound, tls, started)
-        finally:
-            attached.close()
-            drive.close()
+def _started(lines: list[str], opens: str) -> None:
+    """Print lines, and open an address in a browser unless it is empty."""
+    sys.stdout.write("\n".join(lines) + "\n")
+    sys.stdout.flush()
+    if opens:
+        threading.Thread(target=webbrowser.open, args=(opens,), daemon=True).start()
 
 
 def qr_code(text: str) -> str:
@@ -132,9 +145,9 @@ def _tls(setup: DriveSetup, request: DriveRequest, names: tuple[str, ...]) -> Tl
     return own_certificate(setup.folder / "tls", names, datetime.datetime.now(datetime.UTC))
 
 
-def _print_addresses(
+def _addresses(
     setup: DriveSetup, base: str, tokens: dict[Role, str], tls: Tls | None, *, viewers: bool
-) -> None:
+) -> list[str]:
     driver = tokens.get("driver")
     page = f"{base}/" if driver is None else f"{base}/#token={driver}"
     lines = [
@@ -151,6 +164,4 @@ def _print_addresses(
         lines.append(f"  certificate, SHA-256  {tls.fingerprint()}")
     if driver is not None:
         lines += ["", qr_code(page)]
-    lines.append("Press Ctrl-C to end.")
-    sys.stdout.write("\n".join(lines) + "\n")
-    sys.stdout.flush()
+    return [*lines, "Press Ctrl-C to end."]

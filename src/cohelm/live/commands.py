@@ -26,6 +26,7 @@ from cohelm.live.floor_model import FloorModel
 from cohelm.live.messages import (
     Accepted,
     ChangeSimulation,
+    ChangeStorey,
     FromPage,
     Heartbeat,
     Notice,
@@ -44,6 +45,7 @@ from cohelm.live.messages import (
 )
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
+from cohelm.planning.free_space import check_free_space
 from cohelm.reasons import Reason
 
 
@@ -63,6 +65,19 @@ class StickDeflected(CohelmError):
     """The stick must be released before the driver can confirm."""
 
     code = Reason.RELEASE_STICK.value
+
+
+class NoStorey(CohelmError):
+    """The chair cannot be on that storey."""
+
+    code = "no_storey"
+
+
+class NextStorey(NamedTuple):
+    """Storey on which the chair is now, and its pose (x, y, heading) there; m, rad."""
+
+    name: str
+    pose: tuple[float, float, float]
 
 
 class CommandHandler:
@@ -93,6 +108,8 @@ class CommandHandler:
         self._loop, self._services = loop, services
         self._send, self._log_event = send, log_event
         self._wish_count = 0
+        self.next_storey: NextStorey | None = None
+        """Storey on which the drive is to begin anew; None: no page has said so."""
         self._therapists: set[str] = set()
 
     def connect(self, client: str, role: Role) -> None:
@@ -249,6 +266,24 @@ class CommandHandler:
         self._log_event(client, "simulation_changed", action=message.action)
         return True
 
+    def _change_storey(self, client: str, message: ChangeStorey, _: float) -> bool:
+        self._check_driver(client)
+        cycle, floor, name = self._loop.cycle, self._floor, message.storey
+        if cycle.world is None or not cycle.world.simulated:
+            raise NotSimulated("Only a simulation can do that.")
+        if cycle.moves:
+            raise NotPossibleNow("The storey can be changed only while the chair stands.")
+        grids = [each.grid for each in floor.storeys if each.name == name != floor.scene.storey]
+        if not grids:
+            raise NoStorey(f"There is no other storey {name}.")
+        x, y, heading = cycle.world.observation.pose.tolist()
+        if not check_free_space(grids[0], floor.robot, (x, y), heading).fits:
+            raise NoStorey(f"On {name} there is no free floor here: drive to a lift first.")
+        self.next_storey = NextStorey(name, (x, y, heading))
+        self._log_event(client, "storey_changed", storey=name)
+        self._loop.announce("storey_changes", f"The map changes to {name}.")
+        return True
+
 
 class Handler(NamedTuple):
     """Handling of one type of message."""
@@ -271,5 +306,6 @@ HANDLERS: Mapping[type, Handler] = {
     SetPace: Handler(CommandHandler._set_pace),
     RateRide: Handler(CommandHandler._rate_ride),
     ChangeSimulation: Handler(CommandHandler._change_simulation, slow=True),
+    ChangeStorey: Handler(CommandHandler._change_storey, slow=True),
 }
 """All messages of ``FromPage`` but ``Echo``, which ``Drive`` returns without the control thread."""

@@ -24,7 +24,7 @@ from cohelm import kernel_cache
 from cohelm.arrays import value
 from cohelm.config import Model
 from cohelm.errors import CohelmError
-from cohelm.live.commands import HANDLERS, CommandHandler
+from cohelm.live.commands import HANDLERS, CommandHandler, NextStorey
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
 from cohelm.live.control.limits import OVER_EDGES, ActiveSettings, LimitsLoosened
@@ -32,7 +32,7 @@ from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.control_loop import ControlLoop
-from cohelm.live.floor_model import floor_model
+from cohelm.live.floor_model import DriveStorey, floor_model
 from cohelm.live.messages import (
     Echo,
     FromPage,
@@ -100,6 +100,10 @@ class DriveSetup:
     """Initial limits; None: the stored ones, else those of the robot."""
     rider: RiderSettings | None = None
     """Initial rider's settings; None: the stored ones, else those of the profile."""
+    storey: str = ""
+    """Name of the storey on whose map the chair drives; empty: it is no storey of a building."""
+    storeys: tuple[DriveStorey, ...] = ()
+    """All storeys of the building."""
 
 
 _NEARLY_ALL = 0.9
@@ -120,7 +124,7 @@ class Drive:
     def __init__(self, setup: DriveSetup) -> None:
         # What a navigator lacks of a nearly complete cache it compiles itself.
         cold = kernel_cache.share() < _NEARLY_ALL and kernel_cache.place().lasts
-        model = floor_model(setup.scenario, setup.seed)
+        model = floor_model(setup.scenario, setup.seed, setup.storey, setup.storeys)
         self._scene, self._png, self.solids = model.scene, model.png, model.solids
         self._temporary: tempfile.TemporaryDirectory[str] | None = None
         if setup.folder is None:
@@ -219,6 +223,11 @@ class Drive:
         self._release()
         if self._temporary is not None:
             self._temporary.cleanup()
+
+    @property
+    def next_storey(self) -> NextStorey | None:
+        """Storey on which a page says that the chair is now: this drive is to end; else None."""
+        return self._commands.next_storey
 
     def scene(self) -> SceneInfo:
         """Return the facts that stay the same while driving; known before :meth:`start`."""

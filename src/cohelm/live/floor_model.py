@@ -15,7 +15,7 @@ from PIL import Image
 from cohelm.arrays import Bytes, Floats
 from cohelm.config import validate
 from cohelm.errors import CohelmError, ScenarioError
-from cohelm.live.messages import ChairInfo, DoorInfo, FloorInfo, PlaceInfo, SceneInfo
+from cohelm.live.messages import ChairInfo, DoorInfo, FloorInfo, PlaceInfo, SceneInfo, StoreyInfo
 from cohelm.live.messages.message import WireMessage
 from cohelm.maps import NamedPlace, OccupancyGrid, Places
 from cohelm.maps.drawing import polygon_of_disc, polygon_of_rect, rotate
@@ -68,6 +68,18 @@ class RecordedFloor(FloorInfo):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class DriveStorey:
+    """Storey of a building in which a chair drives."""
+
+    name: str
+    grid: OccupancyGrid
+    places: tuple[str, ...]
+    """Names of its places."""
+    lifts: Mapping[str, tuple[str, ...]]
+    """Storeys to which the lift at a place leads, by the place's name."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class FloorModel:
     """Scene of a scenario with its map image, and the values that it was made from."""
 
@@ -77,10 +89,20 @@ class FloorModel:
     places: Places
     robot: Robot
     solids: FloorSolids
+    storeys: tuple[DriveStorey, ...] = ()
+    """All storeys of the building; none: the map is no storey of one."""
 
 
-def floor_model(scenario: Scenario, seed: int) -> FloorModel:
+def floor_model(
+    scenario: Scenario, seed: int, storey: str = "", storeys: tuple[DriveStorey, ...] = ()
+) -> FloorModel:
     """Return the floor of a scenario, without planning anything.
+
+    Args:
+        scenario: Floor and chair.
+        seed: Random seed of the world.
+        storey: Name of the storey on whose map the chair drives; empty: it is no storey.
+        storeys: All storeys of the building.
 
     Raises:
         CohelmError: The scenario refers to something that does not exist.
@@ -105,6 +127,8 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
             sees_floor=robot.sees_floor,
         ),
         modes=MODES,
+        storey=storey,
+        storeys=_storeys(storey, storeys),
     )
     return FloorModel(
         scene=scene,
@@ -113,6 +137,20 @@ def floor_model(scenario: Scenario, seed: int) -> FloorModel:
         places=places,
         robot=robot,
         solids=floor_solids(scenario),
+        storeys=storeys,
+    )
+
+
+def _storeys(here: str, storeys: Sequence[DriveStorey]) -> tuple[StoreyInfo, ...]:
+    """Storeys with the places of the storey ``here`` at which one takes a lift to them."""
+    lifts = {place: to for each in storeys if each.name == here for place, to in each.lifts.items()}
+    return tuple(
+        StoreyInfo(
+            name=each.name,
+            places=each.places,
+            lifts=tuple(place for place, to in lifts.items() if each.name in to),
+        )
+        for each in storeys
     )
 
 

@@ -109,11 +109,11 @@ def serve(
     tls: Tls | None = None,
     started: Callable[[], None] = lambda: None,
 ) -> None:
-    """Serve until the process gets a signal to end, or the drive has no world.
+    """Serve until the process gets a signal to end, the drive has no world, or another storey.
 
     Args:
         what: Parts of the server.
-        bound: Socket to listen on.
+        bound: Socket to listen on; closed at the end.
         tls: Certificate; None: plain HTTP.
         started: Called once the server listens.
 
@@ -124,11 +124,11 @@ def serve(
         tls.context()
     served = server(what, tls, started)
 
-    def end_without_world(message: ToPage, client: str | None) -> None:
-        if what.drive.failure is not None:
+    def end_with_drive(message: ToPage, client: str | None) -> None:
+        if what.drive.failure is not None or what.drive.next_storey is not None:
             served.should_exit = True
 
-    what.drive.listen(end_without_world)
+    what.drive.listen(end_with_drive)
     if what.drive.failure is None:
         served.run(sockets=[bound])
     if what.drive.failure is not None:

@@ -149,6 +149,7 @@ export const therapist = {
   "audit.resumed": "Fortgesetzt",
   "audit.limits_changed": "Grenzen geändert",
   "audit.edges_allowed": "Kanten im Boden erlaubt",
+  "audit.storey_changed": "Stockwerk gewechselt",
   "audit.limits_rejected": "Lockerere Grenzen abgelehnt",
   "audit.rider_settings_changed": "Eingabe geändert",
   "audit.mode_changed": "Fahrweise geändert",

@@ -149,6 +149,7 @@ export const therapist = {
   "audit.resumed": "Continued",
   "audit.limits_changed": "Changed the limits",
   "audit.edges_allowed": "Allowed edges of the floor",
+  "audit.storey_changed": "Changed the storey",
   "audit.limits_rejected": "Looser limits refused",
   "audit.rider_settings_changed": "Changed the rider’s settings",
   "audit.mode_changed": "Changed the mode",

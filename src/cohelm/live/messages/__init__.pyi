@@ -1,6 +1,7 @@
 from .from_page import (
     FROM_PAGE,
     ChangeSimulation,
+    ChangeStorey,
     ChosenRoute,
     Echo,
     FromPage,
@@ -35,6 +36,7 @@ from .scene import (
     PlaceInfo,
     RiderSettings,
     SceneInfo,
+    StoreyInfo,
 )
 from .to_page import (
     TO_PAGE,
@@ -75,6 +77,7 @@ __all__ = [
     "ChairInfo",
     "ChairState",
     "ChangeSimulation",
+    "ChangeStorey",
     "ChosenRoute",
     "Destination",
     "Device",
@@ -118,6 +121,7 @@ __all__ = [
     "SetPace",
     "SettingsChanged",
     "StopCommand",
+    "StoreyInfo",
     "TakeControl",
     "ToPage",
     "TripPlans",

@@ -152,6 +152,17 @@ class ChangeSimulation(WireMessage):
     """Seed of ``restart``; None: the current one."""
 
 
+class ChangeStorey(WireMessage):
+    """Report that the chair is on another storey now, as after a lift; it stands.
+
+    The drive begins anew on the map of that storey, at the same pose, and all pages connect again.
+    """
+
+    type: Literal["change_storey"] = "change_storey"
+    id: Number = 0
+    storey: Name
+
+
 class Echo(WireMessage):
     """Message returned at once with its number, to measure the round trip."""
 
@@ -171,6 +182,7 @@ FromPage = Annotated[
     | SetPace
     | RateRide
     | ChangeSimulation
+    | ChangeStorey
     | Echo,
     Field(discriminator="type"),
 ]

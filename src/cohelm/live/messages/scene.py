@@ -121,8 +121,17 @@ class RiderSettings(WireMessage):
     """Number of switches that the page is operated with; None: as it was set on the page."""
 
 
+class StoreyInfo(WireMessage):
+    """Storey of the building, with its places."""
+
+    name: str
+    places: tuple[str, ...]
+    lifts: tuple[str, ...] = ()
+    """Places of the present storey from which a lift leads there."""
+
+
 class SceneInfo(WireMessage):
-    """Facts that stay the same while the chair drives."""
+    """Facts that stay the same while the chair drives on one storey."""
 
     name: str
     description: str
@@ -133,3 +142,7 @@ class SceneInfo(WireMessage):
     doors: tuple[DoorInfo, ...]
     chair: ChairInfo
     modes: tuple[Mode, ...]
+    storey: str = ""
+    """Name of the present storey; empty: the map is no storey of a building."""
+    storeys: tuple[StoreyInfo, ...] = ()
+    """All storeys of the building with a map, lowest first."""

@@ -26,8 +26,9 @@ AuditEvent = Literal[
     "disconnected", "control_taken", "control_released", "stop_pressed", "resumed",
     "limits_changed", "limits_rejected", "rider_settings_changed", "mode_changed", "pace_changed",
     "goal_changed", "simulation_changed", "simulation_restarted", "navigator_lost", "rejected",
-    "edges_allowed", "sessions_deleted", "session_exported", "rider_created", "rider_changed",
-    "rider_chosen", "rider_exported", "rider_deleted", "response_reset", "entries_dropped",
+    "edges_allowed", "storey_changed", "sessions_deleted", "session_exported", "rider_created",
+    "rider_changed", "rider_chosen", "rider_exported", "rider_deleted", "response_reset",
+    "entries_dropped",
 ]  # fmt: skip
 """Stable names of events."""
 MAX_FILE_SIZE = 1_000_000

@@ -1,0 +1,53 @@
+"""``cohelm drive --map FOLDER``: the storeys of a building and its lifts."""
+
+import contextlib
+from dataclasses import replace
+
+import pytest
+from tests.buildings.authored import lift_tower
+
+from cohelm.buildings import read_building, write_storey
+from cohelm.cli.drive import drive_building, drive_setup
+from cohelm.cli.requests import DriveRequest
+from cohelm.errors import CohelmError
+from cohelm.live.floor_model import floor_model
+
+ROOMS = (("101", "Foyer"), ("201", "Ward 3"), ("301", "Pharmacy"))
+
+
+@pytest.fixture(scope="module")
+def tower(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("tower")
+    model = lift_tower(marked=("room",), rooms=ROOMS).write(folder / "tower.ifc")
+    for storey in read_building(model):
+        write_storey(storey, folder)
+    return folder
+
+
+def test_every_storey_has_its_places_and_the_lifts_to_the_others(tower):
+    building = drive_building(tower)
+    assert [each.name for each in building.storeys] == ["Level 1", "Level 2", "Level 3"]
+    assert [set(each.places) for each in building.storeys] == [
+        {"Lift A", name} for _, name in ROOMS
+    ]
+    assert building.storeys[1].lifts == {"Lift A": ("Level 1", "Level 3")}
+
+
+@pytest.mark.parametrize(
+    ("start", "storey"),
+    [(None, "Level 1"), ("Pharmacy", "Level 3"), ("Lift A", "Level 1"), ("3,4", "Level 1")],
+)
+def test_the_drive_begins_on_the_storey_of_the_start(tower, start, storey):
+    request = DriveRequest(scenario="empty", map=str(tower), start=start, people=0)
+    with contextlib.ExitStack() as files:
+        setup = drive_setup(request, files)
+        there = drive_setup(replace(request, start="3,4,90"), files, storey="Level 2")
+    assert setup.storey == storey
+    assert (there.storey, there.scenario.start) == ("Level 2", (3.0, 4.0, 90.0))
+    scene = floor_model(there.scenario, 0, there.storey, there.storeys).scene
+    assert [each.lifts for each in scene.storeys] == [("Lift A",), (), ("Lift A",)]
+
+
+def test_a_folder_without_storeys_is_named(tmp_path):
+    with contextlib.ExitStack() as files, pytest.raises(CohelmError, match="no storey"):
+        drive_setup(DriveRequest(scenario="empty", map=str(tmp_path)), files)
