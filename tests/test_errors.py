@@ -15,6 +15,7 @@ CODES = {
     "InvalidProblem": "invalid_problem",
     "MapError": "map",
     "NoPath": "no_path",
+    "NoRoute": "no_route",
     "OutsideMap": "outside_map",
     "PlanningError": "planning",
     "PlanningTimeout": "planning_timeout",

@@ -12,6 +12,7 @@
     ├─ PlanningError            no path
     │  ├─ StartBlocked, GoalBlocked, OutsideMap      carry the point and the needed clearance
     │  ├─ NoPath
+    │  ├─ NoRoute              no rooms, doors and lifts of a building lead there
     │  ├─ InvalidProblem       an invalid number in the request
     │  ├─ TooManyWishes
     │  └─ PlanningTimeout
@@ -291,6 +292,34 @@ class NoPath(PlanningError):
         if because:
             text += f": closed by {because}"
         super().__init__(text if passage is None else f"{text}: {passage}")
+
+
+class NoRoute(PlanningError):
+    """No rooms, doors and lifts of a building lead from start to goal.
+
+    Args:
+        start, goal: names of the places.
+        needed: the width that the robot needs, m.
+        narrowest: the narrowest door or room on the route that would be left without it, with its
+            clear width, as "the door D1 (Office – Ward 3), 0.70 m wide"; empty if nothing joins
+            the places at any width.
+        because: another cause, as a clause.
+    """
+
+    code = "no_route"
+
+    def __init__(
+        self, *, start: str, goal: str, needed: float, narrowest: str = "", because: str = ""
+    ) -> None:
+        self.start = start
+        self.goal = goal
+        self.needed = needed
+        self.narrowest = narrowest
+        self.because = because
+        text = because or "no door or lift joins them"
+        if narrowest:
+            text = f"the robot needs {needed:.2f} m, too narrow is {narrowest}"
+        super().__init__(f"no route from {start} to {goal}: {text}")
 
 
 class InvalidProblem(PlanningError):

@@ -162,3 +162,100 @@ def two_rooms(*, spaces=True, slab=True, door=0.9, lining=0.0, **options):
         author.box("IfcSpace", (0.2, 0.2, 0), (4.2, 3.2, 2.5), Name="101", LongName="Office")
         author.box("IfcSpace", (4.4, 0.2, 0), (7.4, 3.2, 2.5), Name="102", LongName="Ward 3")
     return author, storey
+
+
+def lift_tower(
+    *, marked=("element",), doors=(True, True, True), walls=True, lifts=1, roof=False, rooms=()
+):
+    """Storeys of 8 × 6 m, 3 m apart; shafts of 2 × 2 m stand in a row at y = 0, from x = 4 on.
+
+    Args:
+        marked: "element" is a transport element on the lowest storey, "room" a space on each.
+        doors: for each storey, if the lifts have a door, 1.0 m wide in the wall at y = 2.
+        walls: False leaves out shaft walls and doors.
+        lifts: number of shafts, 2 m apart.
+        roof: adds a storey whose slab covers the shafts.
+        rooms: for each storey, (number, name) of the space around the shafts, from y = 2.2 on.
+    """
+    author = Author()
+    for k, has_door in enumerate(doors):
+        storey = author.storey(f"Level {k + 1}", 3.0 * k)
+        ends = 4.0 + 2.0 * lifts
+        for low, high in (((0, 0), (4, 6)), ((4, 2), (8, 6)), ((ends, 0), (8, 2))):
+            if high[0] > low[0]:
+                author.box("IfcSlab", (*low, -0.2), (*high, 0.0))
+        for low, high in (
+            ((0, 0), (8, 0.2)), ((0, 5.8), (8, 6)), ((0, 0.2), (0.2, 5.8)), ((7.8, 0.2), (8, 5.8))
+        ):  # fmt: skip
+            author.box("IfcWall", (*low, 0), (*high, 2.5))
+        for i in range(lifts):
+            x, name = 4.0 + 2.0 * i, f"Lift {'AB'[i]}"
+            if walls:
+                author.box("IfcWall", (x, 0.2, 0), (x + 0.2, 2, 2.5))
+                author.box("IfcWall", (x + 1.8, 0.2, 0), (x + 2, 2, 2.5))
+                front = author.box("IfcWall", (x, 1.8, 0), (x + 2, 2, 2.5))
+                if has_door:
+                    author.door(front, (x + 0.5, 1.8, 0), (x + 1.5, 2, 2.1), Name=f"D{k}{i}")
+            if "room" in marked:
+                author.box("IfcSpace", (x + 0.2, 0.2, 0), (x + 1.8, 1.8, 2.5), Name=name)
+            if "element" in marked and k == 0:
+                author.box("IfcTransportElement", (x + 0.4, 0.4, 0), (x + 1.6, 1.6, 2.2), Name=name)
+        if rooms:
+            number, name = rooms[k]
+            author.box(
+                "IfcSpace", (0.2, 2.2, 0), (7.8, 5.8, 2.5), storey=storey, Name=number,
+                LongName=name,
+            )  # fmt: skip
+    if roof:
+        author.storey("Roof", 3.0 * len(doors))
+        author.box("IfcSlab", (0, 0, -0.2), (8, 6, 0.0))
+    return author
+
+
+def ward_block(*, narrow=0.65):
+    """Two storeys of 16 × 8 m, each with a corridor from (0.2, 4) to (15.8, 6), rooms south of it.
+
+    ====== ============================== ============================================
+    level  corridor                       rooms from the west, with their doors to it
+    ====== ============================== ============================================
+    1      South Corridor                 Foyer (x = 2 to 3), Store (7 to 7 + narrow)
+    2      North Corridor                 Ward 3 (2 to 3), Radiology (7 to 8)
+    ====== ============================== ============================================
+
+    The Store also has a door of 1 m to the Foyer. A lift stands north of the corridors, its door
+    from x = 12.5 to 13.5.
+    """
+    author = Author()
+    levels = (
+        ("Level 1", "South Corridor", ("Foyer", "Store"), narrow),
+        ("Level 2", "North Corridor", ("Ward 3", "Radiology"), 1.0),
+    )
+    for k, (level, corridor, rooms, width) in enumerate(levels):
+        author.storey(level, 3.0 * k)
+        author.box("IfcSlab", (0, 0, -0.2), (16, 6.2, 0))
+        for low, high in (
+            ((0, 0), (16, 0.2)), ((0, 0.2), (0.2, 6)), ((15.8, 0.2), (16, 6)),
+            ((12, 6.2), (12.2, 8.2)), ((13.8, 6.2), (14, 8.2)), ((12, 8), (14, 8.2)),
+        ):  # fmt: skip
+            author.box("IfcWall", (*low, 0), (*high, 2.5))
+        north = author.box("IfcWall", (0, 6, 0), (16, 6.2, 2.5))
+        south = author.box("IfcWall", (0.2, 3.8, 0), (15.8, 4, 2.5))
+        middle = author.box("IfcWall", (5, 0.2, 0), (5.2, 3.8, 2.5))
+        author.door(north, (12.5, 6, 0), (13.5, 6.2, 2.1), Name=f"L{k}")
+        author.door(south, (2, 3.8, 0), (3, 4, 2.1), Name=f"A{k}")
+        author.door(south, (7, 3.8, 0), (7 + width, 4, 2.1), Name=f"B{k}")
+        if k == 0:
+            author.door(middle, (5, 1.5, 0), (5.2, 2.5, 2.1), along=1, Name=f"C{k}")
+        for name, number, low, high in (
+            (corridor, "0", (0.2, 4), (15.8, 6)),
+            (rooms[0], "1", (0.2, 0.2), (5, 3.8)),
+            (rooms[1], "2", (5.2, 0.2), (15.8, 3.8)),
+        ):
+            author.box(
+                "IfcSpace", (*low, 0), (*high, 2.5), Name=f"{'AB'[k]}{number}", LongName=name
+            )
+    author.box(
+        "IfcTransportElement", (12.4, 6.5, 0), (13.6, 7.8, 2.2), storey=author.storeys[0],
+        Name="Lift A",
+    )  # fmt: skip
+    return author

@@ -10,6 +10,7 @@ from cohelm.cli import parsing
 from cohelm.cli.parsing import read_stroke, wishes_of
 from cohelm.cli.requests import RouteRequest
 from cohelm.errors import ConfigError
+from cohelm.maps import Places
 
 from .conftest import mask
 
@@ -230,7 +231,7 @@ def test_wishes_keep_their_order(tmp_path):
         map="room.yaml", start="0,0", goal="1,1", prefer=("1,2", "3,4"), avoid=("0,0",),
         avoid_hard=("5,5,1",), stroke=(file,),
     )  # fmt: skip
-    kinds = [(wish.kind, wish.hard) for wish in wishes_of(request)]
+    kinds = [(wish.kind, wish.hard) for wish in wishes_of(request, Places())]
     assert kinds == [
         ("attract", False), ("attract", False), ("stroke", False), ("avoid", False),
         ("avoid", True),

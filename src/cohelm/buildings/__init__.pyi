@@ -1,18 +1,46 @@
 from .building import read_building
+from .directions import Direction, directions
 from .free_space import Partition, partition
-from .storey import BuildingStorey, Door, Room, StoreyLink
-from .storey_files import room_names, room_places, storey_record, write_storey
+from .graph_files import Nav2Graph, read_nav2_graph, write_nav2_graph, write_route_graph
+from .lifts import Lift, LiftLanding, lifts_of
+from .route_graph import (
+    BuildingRoute,
+    RouteEdge,
+    RouteGraph,
+    RouteNode,
+    RouteWishes,
+    route_graph,
+)
+from .storey import BuildingStorey, Door, Room, StoreyLink, polygon_cells
+from .storey_files import read_storeys, room_names, room_places, storey_record, write_storey
 
 __all__ = [
+    "BuildingRoute",
     "BuildingStorey",
+    "Direction",
     "Door",
+    "Lift",
+    "LiftLanding",
+    "Nav2Graph",
     "Partition",
     "Room",
+    "RouteEdge",
+    "RouteGraph",
+    "RouteNode",
+    "RouteWishes",
     "StoreyLink",
+    "directions",
+    "lifts_of",
     "partition",
+    "polygon_cells",
     "read_building",
+    "read_nav2_graph",
+    "read_storeys",
     "room_names",
     "room_places",
+    "route_graph",
     "storey_record",
+    "write_nav2_graph",
+    "write_route_graph",
     "write_storey",
 ]

@@ -87,7 +87,7 @@ def open_borders(
     for i, room in enumerate(rooms, 1):
         owner[room_cells(room, grid) & ~grid.blocked()] = i
     found: list[Door] = []
-    for pair, cells in _runs(owner):
+    for pair, cells in border_runs(owner):
         points = grid.centres(cells)
         middle = points.mean(axis=0)
         along = np.linalg.svd(points - middle)[2][0]
@@ -188,7 +188,7 @@ def _merged(basins: Integers, peaks: Floats, clearance: Floats32, resolution: fl
 def _without_long_passages(regions: Integers, clearance: Floats32, grid: OccupancyGrid) -> Integers:
     """Regions joined at borders that can be passed but are no doors: the pieces of a corridor."""
     doors, others = set(), set()
-    for pair, cells in _runs(regions):
+    for pair, cells in border_runs(regions):
         passage, is_door = _passage(grid, clearance, cells)
         if is_door:
             doors.add(pair)
@@ -213,7 +213,7 @@ def _doors(
 ) -> list[Door]:
     """Borders between rooms that are as narrow and as short as doors."""
     found: list[Door] = []
-    for pair, cells in _runs(regions):
+    for pair, cells in border_runs(regions):
         door, is_door = _passage(grid, clearance, cells)
         rooms = tuple(names[label] for label in pair if label in names)
         if is_door and rooms:
@@ -221,7 +221,7 @@ def _doors(
     return found
 
 
-def _runs(regions: Integers) -> Iterator[tuple[tuple[int, int], Integers]]:
+def border_runs(regions: Integers) -> Iterator[tuple[tuple[int, int], Integers]]:
     """Connected parts of the borders of regions: the pair, and cells (n, 2) along it."""
     pairs, cells, _ = _borders(regions, np.zeros(regions.shape, dtype=np.float32))
     for pair in np.unique(pairs, axis=0):

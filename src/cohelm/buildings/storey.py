@@ -11,12 +11,14 @@ from numpy.typing import ArrayLike
 
 from cohelm.arrays import Annotated, Booleans, Floats, Shape, replace, value
 from cohelm.geometry import distance_to_polygon, inverse, transform
-from cohelm.maps import OccupancyGrid
+from cohelm.maps import OccupancyGrid, signed_distance
 
 DoorKind = Literal["door", "opening", "open border", "passage"]
 """A door of the model, an opening in a wall without a door, a border of two rooms without a wall,
 or a narrow passage of a map."""
 LinkKind = Literal["lift", "stairs", "ramp"]
+Cell = tuple[int, int]
+"""(row, column)."""
 
 
 @value
@@ -142,6 +144,17 @@ def polygon_cells(polygons: Iterable[Floats], grid: OccupancyGrid) -> Booleans:
         corners = transform(inverse(grid.X_MG), polygon) / grid.resolution - 0.5
         cv2.fillPoly(inside, [np.round(16.0 * corners).astype(np.int32)], 1, shift=4)
     return inside.astype(np.bool_)
+
+
+def roomiest(cells: Booleans, resolution: float) -> Cell | None:
+    """Cell farthest from all that is not in ``cells`` (rows, cols); None if that is empty."""
+    if not cells.any():
+        return None
+    rows, cols = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
+    window = np.pad(cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
+    clearance = signed_distance(~window, resolution)
+    row, col = divmod(int(np.argmax(clearance)), window.shape[1])
+    return int(rows[0]) + row - 1, int(cols[0]) + col - 1
 
 
 def with_rooms(door: Door, rooms: Iterable[Room]) -> Door:

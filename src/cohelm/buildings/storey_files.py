@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import json
 from collections import Counter
 from collections.abc import Sequence, Set
@@ -12,14 +13,22 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.buildings.storey import BuildingStorey, Room, room_cells
-from cohelm.errors import MapError
+from cohelm.buildings.storey import (
+    BuildingStorey,
+    Door,
+    Room,
+    StoreyLink,
+    room_cells,
+    roomiest,
+)
+from cohelm.errors import BuildingError, MapError
 from cohelm.maps import (
+    UNKNOWN,
     NamedPlace,
     OccupancyGrid,
     Places,
     innermost_point,
-    signed_distance,
+    read_map,
     write_map,
     write_places,
 )
@@ -48,6 +57,54 @@ def write_storey(storey: BuildingStorey, folder: Path) -> tuple[Path, ...]:
     return tuple(files)
 
 
+def read_storeys(folder: Path) -> tuple[BuildingStorey, ...]:
+    """Storeys that :func:`write_storey` wrote to a folder, lowest first.
+
+    A storey without a map has one unknown cell.
+
+    Raises:
+        BuildingError: if the folder has no record of a storey, or one that cannot be read.
+        MapError: if a map cannot be read.
+    """
+    files = sorted(folder.glob("*.storey.json"))
+    if not files:
+        raise BuildingError(
+            "no storey (.storey.json): name a folder that cohelm building --out wrote", file=folder
+        )
+    storeys = tuple(sorted(map(_read_storey, files), key=lambda storey: storey.number))
+    for one, other in itertools.pairwise(storeys):
+        if one.number == other.number:
+            both = f"{one.stem} and {other.stem} are both storey {one.number}"
+            raise BuildingError(f"{both}: give each building its own folder", file=folder)
+    return storeys
+
+
+def _read_storey(file: Path) -> BuildingStorey:
+    try:
+        record = json.loads(file.read_text(encoding="utf-8"))
+        map_file = file.parent / record.pop("map") if "map" in record else None
+        grid = OccupancyGrid(data=np.array([[UNKNOWN]]), resolution=1.0, X_MG=np.zeros(3))
+        return BuildingStorey(
+            **{**record, "notes": tuple(record["notes"])}
+            | {
+                "grid": grid if map_file is None else read_map(map_file),
+                "rooms": tuple(_room(each) for each in record["rooms"]),
+                "doors": tuple(
+                    Door(**{**each, "rooms": tuple(each["rooms"])}) for each in record["doors"]
+                ),
+                "links": tuple(StoreyLink(**each) for each in record["links"]),
+            }
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as cause:
+        raise BuildingError(f"no record of a storey ({cause!r})", file=file) from None
+
+
+def _room(record: dict[str, Any]) -> Room:
+    del record["place"]
+    outlines = {key: tuple(map(np.array, record[key])) for key in ("polygons", "holes")}
+    return Room(**{**record, **outlines})
+
+
 def room_places(storey: BuildingStorey) -> Places:
     """Rooms as named places: by name, with the number where others have the same name.
 
@@ -58,7 +115,7 @@ def room_places(storey: BuildingStorey) -> Places:
         places=tuple(
             NamedPlace(
                 name=name,
-                point=_roomiest(room, storey.grid),
+                point=_roomiest_point(room, storey.grid),
                 polygon=room.polygons[0],
             )
             for room, name in zip(storey.rooms, names, strict=True)
@@ -99,13 +156,7 @@ def _record(part: Any, without: Set[str] = frozenset()) -> Any:
     return part
 
 
-def _roomiest(room: Room, grid: OccupancyGrid) -> Floats:
+def _roomiest_point(room: Room, grid: OccupancyGrid) -> Floats:
     """Free cell centre (2,) farthest from border and obstacles; the innermost point if none."""
-    free = room_cells(room, grid) & ~grid.blocked()
-    if not free.any():
-        return innermost_point(room.polygons[0])
-    rows, cols = (np.flatnonzero(free.any(axis=axis)) for axis in (1, 0))
-    window = np.pad(free[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    clearance = signed_distance(~window, grid.resolution)
-    row, col = divmod(int(np.argmax(clearance)), window.shape[1])
-    return grid.centres((rows[0] + row - 1, cols[0] + col - 1))
+    cell = roomiest(room_cells(room, grid) & ~grid.blocked(), grid.resolution)
+    return innermost_point(room.polygons[0]) if cell is None else grid.centres(cell)

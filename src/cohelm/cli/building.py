@@ -10,12 +10,16 @@ from typing import Any
 from cohelm.buildings import (
     BuildingStorey,
     Door,
+    Lift,
+    lifts_of,
     read_building,
     room_names,
+    route_graph,
     storey_record,
+    write_route_graph,
     write_storey,
 )
-from cohelm.cli.progress import Counting
+from cohelm.cli.progress import Counting, Waiting
 from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
 from cohelm.cli.requests import BuildingRequest
 from cohelm.cli.run import make_folder
@@ -44,18 +48,25 @@ def building(request: BuildingRequest) -> int:
     if request.out is not None:
         for storey in storeys:
             written += write_storey(storey, request.out)
+        with Waiting("building the route graph"):
+            written += write_route_graph(route_graph(storeys), request.out)
     if request.plot is not None:
         written += _draw(storeys, request.plot)
+    notes: list[str] = []
+    lifts = lifts_of(storeys, notes)
     if request.json:
         write_json(
             {
                 "storeys": [storey_record(each) for each in storeys],
+                "lifts": [_record(each) for each in lifts],
                 "written": [str(each) for each in written],
             }
         )
         return 0
     for storey in storeys:
-        _print(storey)
+        _print(storey, _stops(lifts, storey, storeys))
+    for note in notes:
+        print_line(f"note: {note}")
     for file in written:
         print_line(f"written: {file}")
     return 0
@@ -68,7 +79,7 @@ def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...]) -> None:
         ConfigError: naming the first file that exists.
     """
     for storey in storeys:
-        for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json"):
+        for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json", ".route.geojson"):
             if (file := folder / f"{storey.stem}{suffix}").exists():
                 raise ConfigError(
                     f"{file} exists; name another folder, or --overwrite", key="--out"
@@ -89,10 +100,33 @@ def _draw(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
     return files
 
 
-def _print(storey: BuildingStorey) -> None:
-    kinds = Counter([f"{door.kind}s" for door in storey.doors] + [x.kind for x in storey.links])
+def _stops(
+    lifts: tuple[Lift, ...], storey: BuildingStorey, storeys: tuple[BuildingStorey, ...]
+) -> list[str]:
+    """Lifts of a storey with the other storeys that they serve."""
+    names = {each.number: each.name for each in storeys}
+    found = []
+    for lift in lifts:
+        served = [landing.storey for landing in lift.landings]
+        if storey.number in served:
+            others = ", ".join(names[each] for each in served if each != storey.number)
+            found.append(f"{lift.name} to {others}")
+    return found
+
+
+def _record(lift: Lift) -> dict[str, Any]:
+    landings = [
+        {"storey": each.storey, "doors": list(each.doors), "polygon": each.polygon.tolist()}
+        for each in lift.landings
+    ]
+    return {"name": lift.name, "landings": landings}
+
+
+def _print(storey: BuildingStorey, lifts: list[str]) -> None:
+    links = [str(link.kind) for link in storey.links if link.kind != "lift"]
+    kinds = Counter([f"{door.kind}s" for door in storey.doors] + links)
     facts = [f"floor at {storey.elevation:.2f} m", f"rooms {len(storey.rooms)}"]
-    facts += [f"{kind} {count}" for kind, count in kinds.items()]
+    facts += [f"{kind} {count}" for kind, count in kinds.items()] + lifts
     print_line(f"{storey.number}  {storey.name}: {', '.join(facts)}")
     names = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
     sides = [_sides(door, names) for door in storey.doors]

@@ -11,8 +11,8 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.cli.requests import RouteRequest
-from cohelm.errors import ConfigError
-from cohelm.maps import MAX_COORDINATE
+from cohelm.errors import ConfigError, MapError
+from cohelm.maps import MAX_COORDINATE, Places
 from cohelm.messages import Wish
 
 MAX_STROKE_POINTS = 100_000
@@ -68,7 +68,7 @@ def zone(text: str, key: str) -> tuple[list[tuple[float, float]], float]:
     fits = bool(sizes) and set(sizes[:-1]) <= {2} and sizes[-1] in {2, 3} and all(numbers)
     radius = groups[-1][2] if fits and sizes[-1] == 3 else None
     if not fits or (radius is not None and radius <= 0.0):
-        form = "x,y,radius or an outline as 'x,y x,y x,y', in metres"
+        form = "x,y,radius or an outline as 'x,y x,y x,y', in metres, or name a place"
         raise ConfigError(f"write a zone as {form}, got {text[:80]!r}", key=key)
     if radius is None:
         radius = ZONE_RADIUS if len(groups) < 3 else 0.0
@@ -78,8 +78,8 @@ def zone(text: str, key: str) -> tuple[list[tuple[float, float]], float]:
     return corners, radius
 
 
-def wishes_of(request: RouteRequest) -> tuple[Wish, ...]:
-    """Wishes in the order given: points that attract, lines to follow, zones to avoid.
+def wishes_of(request: RouteRequest, places: Places) -> tuple[Wish, ...]:
+    """Wishes in the order given: points that attract, lines to follow, zones and places to avoid.
 
     Raises:
         ConfigError: naming the option, or the file and its line.
@@ -87,13 +87,21 @@ def wishes_of(request: RouteRequest) -> tuple[Wish, ...]:
     points = [np.array([point(text, "--prefer")]) for text in request.prefer]
     if request.ordered and points:
         points = [np.concatenate(points)]
-    zones = [_avoided(text, "--avoid", hard=False) for text in request.avoid]
-    zones += [_avoided(text, "--avoid-hard", hard=True) for text in request.avoid_hard]
+    zones = [_avoided(text, "--avoid", places, hard=False) for text in request.avoid]
+    zones += [_avoided(text, "--avoid-hard", places, hard=True) for text in request.avoid_hard]
     strokes = [Wish(kind="stroke", points=read_stroke(file)) for file in request.stroke]
     return (*(Wish(points=each) for each in points), *strokes, *zones)
 
 
-def _avoided(text: str, key: str, *, hard: bool) -> Wish:
+def _avoided(text: str, key: str, places: Places, *, hard: bool) -> Wish:
+    if text.strip()[:1].isalpha():
+        try:
+            area = places.find(text.strip()).polygon
+        except MapError as cause:
+            raise ConfigError(cause.problem, key=key) from None
+        if area is None:
+            raise ConfigError(f"{text.strip()!r} is a point; name an area or a zone", key=key)
+        return Wish(kind="avoid", points=area, hard=hard)
     corners, radius = zone(text, key)
     return Wish(kind="avoid", points=np.array(corners), radius=radius, hard=hard)
 

@@ -42,7 +42,7 @@ from cohelm.robots import load_robot
 
 
 def plan(request: RouteRequest) -> int:
-    """Plan, print, and draw if requested; returns 0.
+    """Plan on a map or in a building, print, and draw if requested; returns 0.
 
     Raises:
         CohelmError: if there is no such map, place, robot, planner or route.
@@ -52,6 +52,10 @@ def plan(request: RouteRequest) -> int:
 
         check_picture(request.plot)
     planner = planner_of(request)
+    if Path(request.map).is_dir():
+        from cohelm.cli import building_route
+
+        return building_route.plan_in_building(request, planner)
     measuring = FeatureParameters(speed=request.speed)
     with Waiting("planning"):
         problem, places = problem_of(request)
@@ -105,9 +109,9 @@ def problem_of(request: RouteRequest) -> tuple[RouteProblem, Places]:
     Raises:
         CohelmError: if a file, a place or an option is not valid.
     """
-    wishes = parsing.wishes_of(request)
     robot = load_robot(request.robot)
     grid, places = read_map(request.map), places_beside(request.map)
+    wishes = parsing.wishes_of(request, places)
     problem = RouteProblem(
         grid=grid,
         robot=robot,

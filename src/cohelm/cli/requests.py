@@ -140,10 +140,29 @@ class DriveRequest:
 class RouteRequest:
     """Options of ``cohelm plan``."""
 
-    map: MapFile
-    start: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Start, m, or a place.")]
+    map: Annotated[
+        str,
+        typer.Argument(
+            metavar="MAP.yaml|DIR",
+            help="Map as Nav2 map_server YAML, or a building: the folder of cohelm building --out.",
+        ),
+    ]
+    start: Annotated[
+        str,
+        typer.Option(
+            metavar="X,Y|NAME",
+            help="Start, m, or a place; in a building its name or number, as 'Ward 3 @ Level 2'.",
+        ),
+    ]
     goal: Annotated[str, typer.Option(metavar="X,Y|NAME", help="Destination.")]
-    prefer: Prefer = ()
+    prefer: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            metavar="X,Y|WORD",
+            help="Point that attracts the route; in a building 'wide' or 'level' (no ramps); "
+            "repeatable.",
+        ),
+    ] = ()
     ordered: Annotated[
         bool, typer.Option("--ordered", help="Pass the --prefer points in the given order.")
     ] = False
@@ -152,7 +171,7 @@ class RouteRequest:
         typer.Option(
             metavar="ZONE",
             help="Zone to avoid if possible: 'X,Y[,RADIUS]', a line 'X,Y X,Y[,RADIUS]' (default "
-            "radius 0.5 m), or an outline 'X,Y X,Y X,Y …'; repeatable.",
+            "radius 0.5 m), an outline 'X,Y X,Y X,Y …', or the name of a room; repeatable.",
         ),
     ] = ()
     avoid_hard: Annotated[
