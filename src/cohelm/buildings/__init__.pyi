@@ -1,3 +1,4 @@
+from .accessibility import AccessBarrier, AccessReport, RoomAccess, accessibility
 from .building import read_building
 from .directions import Direction, directions
 from .free_space import Partition, partition
@@ -15,6 +16,8 @@ from .storey import BuildingStorey, Door, Room, StoreyLink, polygon_cells
 from .storey_files import read_storeys, room_names, room_places, storey_record, write_storey
 
 __all__ = [
+    "AccessBarrier",
+    "AccessReport",
     "BuildingRoute",
     "BuildingStorey",
     "Direction",
@@ -24,11 +27,13 @@ __all__ = [
     "Nav2Graph",
     "Partition",
     "Room",
+    "RoomAccess",
     "RouteEdge",
     "RouteGraph",
     "RouteNode",
     "RouteWishes",
     "StoreyLink",
+    "accessibility",
     "directions",
     "lifts_of",
     "partition",

@@ -1,0 +1,565 @@
+"""Accessibility of a building for one chair: rooms that it reaches, and barriers to the others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from cohelm import plugins
+from cohelm.arrays import Annotated, Booleans, Floats, Shape, replace, value
+from cohelm.buildings.chair_floor import (
+    AccessFault,
+    AccessSource,
+    ChairFloor,
+    RoomResult,
+    is_entrance,
+    needed_width,
+)
+from cohelm.buildings.entrances import AccessEntrance, door_labels, find_entrances
+from cohelm.buildings.lifts import Lift, LiftLanding, lifts_of, open_front
+from cohelm.buildings.norms import MeasuredValue, NormCheck, check_norms
+from cohelm.buildings.storey import BuildingStorey, Door, Room
+from cohelm.buildings.storey_files import room_names
+from cohelm.errors import ConfigError
+from cohelm.geometry import arc_length, distance_to_polygon, nearest_on_polyline, resample
+from cohelm.maps import distance_field
+from cohelm.planning.planners.route import gap_at
+from cohelm.robots import Robot
+
+_AT_DOOR = 0.6
+"""Distance of a narrow place from a door that it belongs to, m."""
+_STAIR_HEAD = 1.5
+"""Distance of the floor in front of a lift or stairs from it, m."""
+_WIDEST = 3.0
+"""Wider passages are not measured, m."""
+
+
+@value
+class TightPassage:
+    """Narrowest place on a way."""
+
+    place: str
+    """Door, or a point on the map."""
+    point: Annotated[Floats, Shape("2")]
+    width: float
+    """Clear width of the door, or free width on the map, m."""
+    margin: float
+    """Width less that of the chair, m."""
+    error: float
+    """The true width is up to this much larger, m: two cells for a width on the map."""
+
+
+@value
+class RoomAccess:
+    """Answer for one room."""
+
+    storey: int
+    """Number of the storey."""
+    room: Room
+    name: str
+    """Unique on its storey."""
+    path: Annotated[Floats, Shape("k 2")] | None
+    """Path on the storey to the room, m; None: not reached."""
+    length: float
+    """Way from the entrance, without lifts, m; NaN: not reached."""
+    entrance: str
+    """Entrance and lifts on the way; empty: not reached."""
+    tightest: TightPassage | None
+    turning: float
+    """Diameter of the largest free circle, m."""
+    turns: bool
+    """The chair's own swept circle fits."""
+    barriers: tuple[tuple[int, ...], ...]
+    """Smallest sets of numbers of barriers; without those of any one set the room is reached."""
+    remark: str
+    """Reason where no set was found."""
+
+
+@value
+class AccessBarrier:
+    """Cause that keeps the chair out of rooms."""
+
+    number: int
+    fault: AccessFault
+    place: str
+    text: str
+    opens: tuple[str, ...]
+    """Rooms that are reached without this barrier alone."""
+    shares: tuple[str, ...]
+    """Rooms that are reached without this barrier and others."""
+
+
+@value
+class AccessReport:
+    """Rooms of a building that one chair reaches, barriers and norms."""
+
+    chair: str
+    footprint: tuple[float, float]
+    """Length and width of the chair, m."""
+    turning: float
+    """Diameter of the circle that the chair sweeps turning on the spot, m."""
+    entrances: tuple[AccessEntrance, ...]
+    rooms: tuple[RoomAccess, ...]
+    barriers: tuple[AccessBarrier, ...]
+    """Those that open most rooms first."""
+    norms: tuple[NormCheck, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def summary(self) -> str:
+        """One sentence: number of rooms that are reached."""
+        reached = sum(each.path is not None for each in self.rooms)
+        return f"{reached} of {len(self.rooms)} rooms are reached."
+
+
+def accessibility(
+    storeys: Sequence[BuildingStorey], robot: Robot, entrance: str | None = None
+) -> AccessReport:
+    """Find the rooms that a chair reaches from an entrance, and why it does not reach the others.
+
+    Args:
+        storeys: those of one building, of which some have a map.
+        robot: the chair; its footprint and ``max_step_up`` decide.
+        entrance: room, door or point, see :func:`find_entrances`. None: the doors that lead
+            outside, the widest one first.
+
+    Raises:
+        ConfigError: if there is no such entrance, several have that name, the chair does not fit
+            there, or the building has no room.
+    """
+    mapped = [each for each in storeys if each.rooms and not each.grid.blocked().all()]
+    if not mapped:
+        raise ConfigError("no storey has rooms and free floor", key="--report")
+    notes = [f"{s.name}: no rooms or no free floor; left out" for s in storeys if s not in mapped]
+    lifts = lifts_of(storeys, notes)
+    survey = _Survey(mapped, robot, lifts)
+    chosen = find_entrances(mapped, survey.inside(mapped), entrance, notes)
+    notes += [f"the chair does not fit at {name}: no entrance" for name in survey.run(chosen)]
+    rooms = [access for storey in mapped for access in survey.rooms_of(storey)]
+    barriers = survey.barriers(rooms)
+    numbers = {each.fault[:3]: each.number for each in barriers}
+    numbered = tuple(
+        replace(
+            access,
+            barriers=tuple(
+                tuple(sorted(numbers[fault[:3]] for fault in faults))
+                for faults in survey.results[access.storey][access.room.id].sets
+            ),
+        )
+        for access in rooms
+    )
+    size = np.ptp(robot.outline, axis=0).tolist()
+    return AccessReport(
+        chair=robot.name, footprint=(size[0], size[1]), turning=2.0 * robot.circumscribed_radius,
+        entrances=chosen, rooms=numbered, barriers=barriers, norms=survey.norms(numbered),
+        notes=tuple(notes),
+    )  # fmt: skip
+
+
+class _Survey:
+    """Storeys one after the other, as the chair arrives on them."""
+
+    def __init__(
+        self, storeys: Sequence[BuildingStorey], robot: Robot, lifts: tuple[Lift, ...]
+    ) -> None:
+        self._storeys = {storey.number: storey for storey in storeys}
+        self._robot, self._lifts = robot, lifts
+        self._labels = door_labels(storeys)
+        self._names = {s.number: room_names(s.rooms) for s in storeys}
+        self._floors: dict[int, ChairFloor] = {}
+        self.results: dict[int, dict[str, RoomResult]] = {}
+
+    def inside(self, storeys: Iterable[BuildingStorey]) -> frozenset[str]:
+        """Ids of doors that do not lead outside, though they join one room: those of lifts."""
+        landings = [each for lift in self._lifts for each in lift.landings]
+        beside = {door for each in landings for door in each.doors}
+        shafts = [link.polygon for s in storeys for link in s.links if link.kind == "lift"]
+        beside |= {
+            door.id
+            for storey in storeys
+            for door in storey.doors
+            if any(distance_to_polygon(each, *door.point) < _AT_DOOR for each in shafts)
+        }
+        return frozenset(beside)
+
+    def run(self, entrances: Sequence[AccessEntrance]) -> list[str]:
+        """Survey all storeys, from the entrances up and down; returns entrances left out.
+
+        Raises:
+            ConfigError: if the chair fits at no entrance.
+        """
+        planner = plugins.build("global_planners", "soft_via", key="--report")
+        doors = {door.id: door for s in self._storeys.values() for door in s.doors}
+        for number, storey in self._storeys.items():
+            here = [doors[e.door] for e in entrances if e.door and e.storey == number]
+            outside = [door for door in here if is_entrance(door)]
+            self._floors[number] = ChairFloor(storey, self._robot, planner, outside)
+        for lift, landing in self._landings():
+            if landing.storey in self._floors:
+                floor = self._floors[landing.storey]
+                floor.rooms[f"lift {lift.name}"] = _front(floor, landing)
+        arrivals: dict[int, list[AccessSource]] = {}
+        left_out: list[str] = []
+        for entrance in entrances:
+            floor = self._floors[entrance.storey]
+            point = entrance.point
+            if point is None:
+                point = floor.outside_point(doors[entrance.door])
+            if not floor.fits(point):
+                left_out.append(entrance.name)
+            else:
+                arrivals.setdefault(entrance.storey, []).append(
+                    AccessSource(name=entrance.name, point=point)
+                )
+        if not arrivals:
+            raise ConfigError(f"the chair does not fit at {entrances[0].name}", key="--entrance")
+        while len(self.results) < len(self._storeys):
+            ready = [number for number in arrivals if number not in self.results]
+            if not ready:
+                number, sources = self._by_stairs()
+                arrivals[number] = sources
+                ready = [number]
+            number = min(ready, key=lambda n: min(len(each.faults) for each in arrivals[n]))
+            least = min(len(each.faults) for each in arrivals[number])
+            sources = [each for each in arrivals[number] if len(each.faults) == least]
+            self.results[number] = {
+                room: self._behind(sources, result)
+                for room, result in self._floors[number].survey(sources).items()
+            }
+            for other, source in self._by_lift(number):
+                arrivals.setdefault(other, []).append(source)
+        return left_out
+
+    def rooms_of(self, storey: BuildingStorey) -> list[RoomAccess]:
+        """Answers for the rooms of a storey; the barriers are still empty."""
+        floor, results = self._floors[storey.number], self.results[storey.number]
+        answers = []
+        for room, name in zip(storey.rooms, self._names[storey.number], strict=True):
+            result, turning = results[room.id], floor.clear_of(room.id)
+            legs: list[tuple[int, Floats]] = []
+            if result.path is not None and result.source is not None:
+                legs = [*result.source.legs, (storey.number, result.path)]
+            tight = [self._tightest(*leg) for leg in legs]
+            answers.append(
+                RoomAccess(
+                    storey=storey.number, room=room, name=name, path=result.path,
+                    length=_length(legs) if legs else np.nan,
+                    entrance=", ".join([result.source.name, *result.source.via])
+                    if result.source and legs else "",
+                    tightest=min(tight, key=lambda each: each.width) if tight else None,
+                    turning=turning, turns=turning >= 2.0 * self._robot.circumscribed_radius,
+                    barriers=(), remark=result.remark,
+                )
+            )  # fmt: skip
+        return answers
+
+    def barriers(self, rooms: Sequence[RoomAccess]) -> tuple[AccessBarrier, ...]:
+        """Barriers of all rooms, those that open most rooms first."""
+        faults: dict[tuple[str, str, int], AccessFault] = {}
+        opens: dict[tuple[str, str, int], list[str]] = {}
+        shares: dict[tuple[str, str, int], list[str]] = {}
+        for access in rooms:
+            for faults_of in self.results[access.storey][access.room.id].sets:
+                for fault in faults_of:
+                    key = fault[:3]
+                    faults[key] = max(faults.get(key, fault), fault, key=lambda each: each.width)
+                    into = opens if len(faults_of) == 1 else shares
+                    into.setdefault(key, []).append(self._title(access.storey, access.name))
+        order = sorted(
+            faults, key=lambda key: (-len(opens.get(key, ())), -len(shares.get(key, ())), key)
+        )
+        return tuple(
+            AccessBarrier(
+                number=number, fault=faults[key], place=self._place(faults[key]),
+                text=self._text(faults[key]), opens=tuple(dict.fromkeys(opens.get(key, ()))),
+                shares=tuple(dict.fromkeys(shares.get(key, ()))),
+            )
+            for number, key in enumerate(order, 1)
+        )  # fmt: skip
+
+    def norms(self, rooms: Sequence[RoomAccess]) -> tuple[NormCheck, ...]:
+        """Values of the building compared with the norms."""
+        doors = [
+            (storey, door)
+            for storey in self._storeys.values()
+            for door in storey.doors
+            if door.kind in {"door", "passage"}
+        ]
+        landings = [
+            (lift, landing, door)
+            for lift, landing in self._landings()
+            for _, door in doors
+            if door.id in landing.doors
+        ]
+        cars = {
+            lift.name: (np.ptp(landing.polygon @ door.direction), landing.polygon @ _normal(door))
+            for lift, landing, door in landings
+        }
+        cells = {s.number: 2.0 * s.grid.resolution for s in self._storeys.values()}
+        return check_norms(
+            {
+                "door": [
+                    MeasuredValue(
+                        self._door(d), d.width, cells[s.number] if d.width_from == "map" else 0.0
+                    )
+                    for s, d in doors
+                ],
+                "approach": [MeasuredValue(self._door(d), *self._approach(s, d)) for s, d in doors],
+                "threshold": [MeasuredValue(self._door(d), d.threshold) for _, d in doors],
+                "turning": [
+                    MeasuredValue(
+                        self._title(each.storey, each.name), each.turning, cells[each.storey]
+                    )
+                    for each in rooms
+                ],
+                "route": [
+                    MeasuredValue(f"{place} on the map", *measured)
+                    for place, measured in {
+                        each.tightest.place: (each.tightest.width, each.tightest.error)
+                        for each in rooms
+                        if each.tightest is not None and each.tightest.error
+                    }.items()
+                ],
+                "ramp": [
+                    MeasuredValue(f"{link.name or 'ramp'}, {s.name}", None)
+                    for s in self._storeys.values()
+                    for link in s.links
+                    if link.kind == "ramp"
+                ],
+                "car width": [MeasuredValue(name, float(w)) for name, (w, _) in cars.items()],
+                "car depth": [
+                    MeasuredValue(name, float(np.ptp(deep))) for name, (_, deep) in cars.items()
+                ],
+            }
+        )
+
+    def _landings(self) -> list[tuple[Lift, LiftLanding]]:
+        return [(lift, each) for lift in self._lifts for each in lift.landings]
+
+    def _behind(self, sources: Sequence[AccessSource], result: RoomResult) -> RoomResult:
+        """Result of a room, if the chair itself only arrives without some barriers."""
+        before = (result.source or sources[0]).faults
+        if not before:
+            return result
+        sets = tuple(before | each for each in result.sets) or (
+            (before,) if not result.remark else ()
+        )
+        remark = result.remark and f"even if the chair got to this storey: {result.remark}"
+        return RoomResult(sets=sets, remark=remark)
+
+    def _by_lift(self, number: int) -> Iterable[tuple[int, AccessSource]]:
+        """Arrivals on other storeys by the lifts of a storey."""
+        for lift in self._lifts:
+            here = self.results[number].get(f"lift {lift.name}")
+            if here is None or (here.path is None and not here.sets):
+                continue
+            enters = next(each for each in lift.landings if each.storey == number)
+            for landing in lift.landings:
+                if landing.storey not in self._floors or landing.storey == number:
+                    continue
+                floor = self._floors[landing.storey]
+                front = floor.rooms[f"lift {lift.name}"]
+                middle = floor.grid.centres(np.argwhere(front)).mean(axis=0)
+                point = floor.place_near(middle) if front.any() else None
+                if point is None or np.hypot(*(point - middle)) > _STAIR_HEAD:
+                    continue
+                faults = min(here.sets, key=len) if here.sets else frozenset()
+                if self._is_tight(lift, (enters, landing)):
+                    x, y = enters.polygon.mean(axis=0).tolist()
+                    faults |= {AccessFault("lift", lift.name, number, (x, y))}
+                source = here.source
+                legs = source.legs if source is not None else ()
+                if here.path is not None:
+                    legs = (*legs, (number, here.path))
+                yield landing.storey, AccessSource(
+                    name=source.name if source is not None else "", point=point, legs=legs,
+                    via=(*(source.via if source is not None else ()), f"lift {lift.name}"),
+                    faults=faults,
+                )  # fmt: skip
+
+    def _is_tight(self, lift: Lift, landings: Iterable[LiftLanding]) -> bool:
+        """Check for a door of a lift, or its car, that is too small for the chair."""
+        length, width = np.ptp(self._robot.outline, axis=0)
+        for landing in landings:
+            doors = [d for d in self._storeys[landing.storey].doors if d.id in landing.doors]
+            if doors and max(door.width for door in doors) < needed_width(self._robot):
+                return True
+            along = doors[0].direction if doors else np.array([1.0, 0.0])
+            across = np.array([-along[1], along[0]])
+            car = np.ptp(landing.polygon @ np.stack([along, across], axis=1), axis=0)
+            if min(car) < min(length, width) or max(car) < max(length, width):
+                return True
+        return False
+
+    def _by_stairs(self) -> tuple[int, list[AccessSource]]:
+        """Storey next to those surveyed that has stairs at most, and places at their ends."""
+        numbers = [number for number in self._storeys if number not in self.results]
+        number = min(numbers, key=lambda n: min(abs(n - other) for other in self.results))
+        nearest = min(self.results, key=lambda other: abs(number - other))
+        floor, first = self._floors[number], min(number, nearest)
+        ends = [
+            link.polygon.mean(axis=0)
+            for at in {number, first}
+            for link in self._storeys[at].links
+            if link.kind == "stairs"
+        ]
+        # The largest room stands in where the model has no stairs.
+        largest = max(floor.storey.rooms, key=lambda room: room.area)
+        points = [floor.place_near(each) for each in ends or [largest.polygons[0].mean(axis=0)]]
+        found = [each for each in points if each is not None]
+        found = found or [floor.grid.centres(np.argwhere(~floor.grid.blocked())[0])]
+        x, y = found[0].tolist()
+        fault = AccessFault("stairs", f"{nearest}-{number}", number, (x, y))
+        return number, [
+            AccessSource(name="", point=each, faults=frozenset([fault])) for each in found
+        ]
+
+    def _tightest(self, number: int, path: Floats) -> TightPassage:
+        floor, needed = self._floors[number], needed_width(self._robot)
+        grid, walls = floor.grid, distance_field(floor.grid).distance
+        line = resample(path, grid.resolution)
+        cells = grid.cells(line)
+        at = int(np.argmin(walls[tuple(cells.T)]))
+        ahead = line[min(at + 3, len(line) - 1)] - line[max(at - 3, 0)]
+        along = float(np.arctan2(ahead[1], ahead[0]) - grid.X_MG[2])
+        width = min(gap_at(walls, grid.resolution, cells[at], along, _WIDEST / 2.0)[1], _WIDEST)
+        points = np.ascontiguousarray(path)
+        doors = [
+            door
+            for door in floor.storey.doors
+            if door.kind != "open border"
+            and nearest_on_polyline(points, *door.point)[1] < door.width / 2.0
+        ]
+        found = [
+            TightPassage(
+                place=self._door(door), point=door.point, width=door.width, error=0.0,
+                margin=door.width - needed,
+            )
+            for door in doors
+        ]  # fmt: skip
+        if all(np.hypot(*(door.point - line[at])) > door.depth / 2.0 + _AT_DOOR for door in doors):
+            x, y = line[at]
+            found.append(
+                TightPassage(
+                    place=f"at ({x:.1f}, {y:.1f})", point=line[at], width=width,
+                    margin=width - needed, error=2.0 * grid.resolution,
+                )
+            )  # fmt: skip
+        return min(found, key=lambda each: each.width)
+
+    def _approach(self, storey: BuildingStorey, door: Door) -> tuple[float | None, float]:
+        """Free depth in front of a door, the smaller one of both sides, m, and its error."""
+        grid, error = self._floors[storey.number].grid, 2.0 * storey.grid.resolution
+        depths = []
+        for side in (1.0,) if is_entrance(door) else (1.0, -1.0):
+            out = side * _normal(door)
+            if is_entrance(door):
+                room = next(r for r in storey.rooms if r.id in door.rooms)
+                inside = room.contains(door.point + out * (door.depth / 2.0 + 0.15))
+                out = out if inside else -out
+            half = max(0.5 * door.width - error, 0.0)  # the map is that much narrower
+            across = np.linspace(-half, half, 19)[:, None, None] * door.direction
+            deep = np.arange(grid.resolution, 1.6, grid.resolution / 2.0)
+            points = door.point + across + (door.depth / 2.0 + deep)[None, :, None] * out
+            within = grid.contains(points)
+            rows, cols = np.where(within[..., None], grid.cells(points), 0).transpose(2, 0, 1)
+            hit = (grid.blocked()[rows, cols] | ~within).any(axis=0)
+            depths.append(float(deep[np.argmax(hit)]) if hit.any() else 1.6)
+        return min(depths), error
+
+    def _title(self, storey: int, room: str) -> str:
+        return f"{room}, {self._storeys[storey].name}" if len(self._storeys) > 1 else room
+
+    def _door(self, door: Door) -> str:
+        names: Mapping[str, str] = {
+            room.id: name
+            for number, storey in self._storeys.items()
+            for room, name in zip(storey.rooms, self._names[number], strict=True)
+        }
+        none = "no room" if door.kind == "passage" else "outside"
+        sides = [*(names[room] for room in door.rooms), none, none][:2]
+        return f"door {self._labels[door.id]} ({' – '.join(sides)})"
+
+    def _place(self, fault: AccessFault) -> str:
+        storey = self._storeys[fault.storey]
+        if fault.kind in {"width", "map", "blocked", "turn", "threshold"}:
+            return self._door(next(door for door in storey.doors if door.id == fault.id))
+        if fault.kind == "furniture":
+            ids = [room.id for room in storey.rooms]
+            return self._names[fault.storey][ids.index(fault.id)]
+        if fault.kind == "stairs":
+            below, above = sorted(int(each) for each in fault.id.split("-"))
+            return f"{self._storeys[below].name} to {self._storeys[above].name}"
+        return f"lift {fault.id}" if fault.kind == "lift" else f"{storey.name} at {fault.id}"
+
+    def _text(self, fault: AccessFault) -> str:
+        storey = self._storeys[fault.storey]
+        needed = needed_width(self._robot)
+        if fault.kind == "furniture":
+            return "furniture or other obstacles in the room are in the way"
+        if fault.kind == "space":
+            return (
+                "too little space to turn; a free circle of "
+                f"{self._floors[fault.storey].landing:.1f} m would do"
+            )
+        if fault.kind == "stairs":
+            ends = [self._storeys[int(each)] for each in fault.id.split("-")]
+            stairs = any(link.kind == "stairs" for each in ends for link in each.links)
+            return f"{'only' if stairs else 'not even'} stairs: no lift that the chair can use"
+        if fault.kind == "lift":
+            length, width = np.ptp(self._robot.outline, axis=0)
+            return f"door or car too small for a chair of {length:.2f} × {width:.2f} m"
+        door = next(each for each in storey.doors if each.id == fault.id)
+        wide = f"clear width {door.width:.2f} m"
+        texts = []
+        if (door.threshold or 0.0) > self._robot.max_step_up:
+            climbs = self._robot.max_step_up
+            texts.append(f"threshold {door.threshold:.3f} m, this chair climbs {climbs:.3f} m")
+        if fault.kind == "width":
+            texts.append(
+                f"{wide}, {needed - door.width:.2f} m too narrow: the chair needs {needed:.2f} m"
+            )
+            if door.width_from == "map":
+                cells = 2.0 * storey.grid.resolution
+                texts.append(f"measured on the map, it may be up to {cells:.2f} m wider")
+        if fault.kind == "turn":
+            texts.append(
+                f"{wide} is enough to drive straight, but the turn in front of it is too tight"
+            )
+        if fault.width:
+            texts.append(f"with {fault.width:.2f} m the chair passes")
+        elif fault.kind == "turn":
+            circle = self._floors[fault.storey].landing
+            texts.append(f"free circles of {circle:.1f} m on both sides would do")
+        if fault.kind == "blocked":
+            texts.append(f"{wide} is enough, but an obstacle is in the doorway or close to it")
+        if fault.kind == "map":
+            texts.append(
+                f"{wide}, {door.width - needed:.2f} m more than the chair needs, but closed on a "
+                f"map of {storey.grid.resolution:g} m per cell: a finer map is needed"
+            )
+        return "; ".join(texts)
+
+
+def _front(floor: ChairFloor, landing: LiftLanding) -> Booleans:
+    """Cells (rows, cols) of the floor in front of a lift."""
+    middle = landing.polygon.mean(axis=0)
+    front = np.zeros(floor.grid.shape, dtype=np.bool_)
+    for door in floor.storey.doors:
+        if door.id in landing.doors:
+            out = _normal(door)
+            front |= floor.ahead(door, -out if (middle - door.point) @ out > 0.0 else out)
+    return (
+        front
+        if landing.doors
+        else open_front(replace(floor.storey, grid=floor.grid), landing.polygon)
+    )
+
+
+def _normal(door: Door) -> Floats:
+    return np.array([-door.direction[1], door.direction[0]])
+
+
+def _length(legs: Iterable[tuple[int, Floats]]) -> float:
+    return float(sum(arc_length(points)[-1] for _, points in legs))
