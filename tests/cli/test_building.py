@@ -1,6 +1,7 @@
 """``cohelm building``: what it prints and writes, and its errors."""
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -71,6 +72,51 @@ def test_a_plain_map_is_a_building_of_one_storey(tmp_path, capsys):
     assert len(storey["rooms"]) == 2
     (door,) = storey["doors"]
     assert door["width"] == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_report_says_which_rooms_the_chair_reaches(tmp_path, chair, capsys):
+    width = float(np.ptp(chair.outline[:, 1]))
+    author, _ = two_rooms(door=width - 0.02)
+    space = next(each for each in author.model.by_type("IfcSpace") if each.Name == "102")
+    space.LongName = "<script>Ward"
+    model, page = author.write(tmp_path / "model.ifc"), tmp_path / "report.html"
+    command = ["building", str(model), "--resolution", "0.025", "--report", str(page)]
+    assert status(command) == 0
+    said = capsys.readouterr().out
+    assert f"{chair.name}: 1 of 2 rooms are reached." in said
+    assert "0.02 m too narrow" in said
+    assert f"written: {page}" in said
+    text = page.read_text(encoding="utf-8")
+    assert "1 of 2 rooms are reached." in text
+    assert "&lt;script&gt;Ward" in text
+    assert "<script" not in text
+    assert "404.2.3" in text
+    assert text.count("<svg") == 1
+    assert not re.search(r"""(src|href)=["'](?!#|data:)""", text)  # nothing from elsewhere
+    assert status([*command, "--entrance", "102", "--json"]) == 0
+    access = json.loads(capsys.readouterr().out)["access"]
+    assert [room["reached"] for room in access["rooms"]] == [False, True]
+    (barrier,) = access["barriers"]
+    assert (barrier["kind"], barrier["opens"]) == ("width", ["Office"])
+
+
+def test_errors_of_a_report_are_one_line(model, tmp_path, capsys):
+    page = tmp_path / "report.html"
+
+    def said(*words):
+        assert status(["building", str(model), *map(str, words)]) == 2
+        text = capsys.readouterr().err
+        assert text.count("\n") == 1
+        assert not page.exists()
+        return text
+
+    assert "no robot is called 'chiar'" in said("--report", page, "--robot", "chiar")
+    assert "no folder" in said("--report", tmp_path / "a" / "report.html")
+    assert "no room or door 'Offce'; did you mean 'Office'?" in said(
+        "--report", page, "--entrance", "Offce"
+    )
+    assert "does not fit at (0.1,0.1)" in said("--report", page, "--entrance", "0.1,0.1")
+    assert "--entrance: is an option of --report" in said("--entrance", "Office")
 
 
 def broken(kind, folder):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cohelm.buildings import (
     BuildingStorey,
@@ -25,6 +25,10 @@ from cohelm.cli.requests import BuildingRequest
 from cohelm.cli.run import make_folder
 from cohelm.errors import ConfigError
 
+if TYPE_CHECKING:
+    from cohelm.buildings import AccessReport
+    from cohelm.robots import Robot
+
 
 def building(request: BuildingRequest) -> int:
     """Print the storeys of a building, and write and draw them if requested; returns 0.
@@ -36,6 +40,7 @@ def building(request: BuildingRequest) -> int:
     for folder, key in folders:
         if folder is not None and (folder.suffix == ".png" or folder.is_file()):
             raise ConfigError(f"{folder}: name a folder, for the files of all storeys", key=key)
+    robot = _robot(request)
     storeys = read_building(
         request.model, storey=request.storey, resolution=request.resolution, watch=_counted
     )
@@ -52,24 +57,63 @@ def building(request: BuildingRequest) -> int:
             written += write_route_graph(route_graph(storeys), request.out)
     if request.plot is not None:
         written += _draw(storeys, request.plot)
+    access = _access(request, robot, storeys)
+    if request.report is not None:
+        written.append(request.report)
     notes: list[str] = []
     lifts = lifts_of(storeys, notes)
     if request.json:
-        write_json(
-            {
-                "storeys": [storey_record(each) for each in storeys],
-                "lifts": [_record(each) for each in lifts],
-                "written": [str(each) for each in written],
-            }
-        )
+        record: dict[str, Any] = {
+            "storeys": [storey_record(each) for each in storeys],
+            "lifts": [_record(each) for each in lifts],
+            "written": [str(each) for each in written],
+        }
+        if access is not None:
+            from cohelm.evaluation.report.accessibility import access_record
+
+            record["access"] = access_record(access)
+        write_json(record)
         return 0
     for storey in storeys:
         _print(storey, _stops(lifts, storey, storeys))
+    if access is not None:
+        _print_access(access)
     for note in notes:
         print_line(f"note: {note}")
     for file in written:
         print_line(f"written: {file}")
     return 0
+
+
+def _robot(request: BuildingRequest) -> Robot | None:
+    """Chair of the report, once its file can be written; None without a report.
+
+    Raises:
+        ConfigError: if there is no such robot, or the file cannot be written.
+    """
+    if request.report is None:
+        if request.entrance is not None:
+            raise ConfigError("is an option of --report", key="--entrance")
+        return None
+    from cohelm.plotting import check_folder
+    from cohelm.robots import load_robot
+
+    check_folder(request.report, "--report")
+    return load_robot(request.robot)
+
+
+def _access(
+    request: BuildingRequest, robot: Robot | None, storeys: tuple[BuildingStorey, ...]
+) -> AccessReport | None:
+    if robot is None or request.report is None:
+        return None
+    from cohelm.buildings import accessibility
+    from cohelm.evaluation.report.accessibility import write_access
+
+    with Waiting("checking rooms and barriers"):
+        access = accessibility(storeys, robot, request.entrance)
+        write_access(access, storeys, request.report, title=request.model.stem)
+    return access
 
 
 def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...]) -> None:
@@ -145,6 +189,16 @@ def _print(storey: BuildingStorey, lifts: list[str]) -> None:
         OUTPUT.print(table)
     for note in storey.notes:
         print_line(f"note: {note}")
+
+
+def _print_access(report: AccessReport) -> None:
+    print_line(f"{report.chair}: {report.summary}")
+    for barrier in report.barriers:
+        rooms = ", ".join(barrier.opens) or f"with others {', '.join(barrier.shares)}"
+        print_line(f"barrier {barrier.number}, {barrier.place}: {barrier.text}. Opens {rooms}")
+    for room in report.rooms:
+        if room.remark:
+            print_line(f"{room.name}: {room.remark}")
 
 
 def _sides(door: Door, names: Mapping[str, str]) -> list[str]:

@@ -278,6 +278,23 @@ class BuildingRequest:
     plot: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw each storey to this folder.")
     ] = None
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE.html", help="Write which rooms the chair reaches, and the barriers."
+        ),
+    ] = None
+    robot: Annotated[str, typer.Option(metavar="NAME|FILE", help="Wheelchair of --report.")] = (
+        "quantum_q6_edge"
+    )
+    entrance: Annotated[
+        str | None,
+        typer.Option(
+            metavar="X,Y|NAME",
+            help="Room, door or point where --report begins; 'STOREY: NAME' where several have "
+            "that name. Default: the doors that lead outside.",
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,5 +1,5 @@
 from .animation import check_animation
-from .canvas import check_picture
+from .canvas import check_folder, check_picture
 from .charts import (
     CostPanel,
     Strip,
@@ -16,9 +16,10 @@ from .ride import DrawnRide, draw_ride
 from .ride_animation import AnimationStyle, animate_ride
 from .route_panels import RoutePanel, draw_error_plot, draw_route_panels
 from .scene import PlanRecord, SceneRecord, draw_plan, draw_scene
-from .storey import draw_storey
+from .storey import AccessMarks, draw_storey, storey_svg
 
 __all__ = [
+    "AccessMarks",
     "AnimationStyle",
     "CostPanel",
     "DrawnRide",
@@ -32,6 +33,7 @@ __all__ = [
     "animate_people",
     "animate_ride",
     "check_animation",
+    "check_folder",
     "check_picture",
     "draw_costs_against",
     "draw_error_plot",
@@ -45,4 +47,5 @@ __all__ = [
     "draw_scene",
     "draw_storey",
     "draw_strips",
+    "storey_svg",
 ]
