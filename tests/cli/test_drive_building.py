@@ -6,31 +6,29 @@ from dataclasses import replace
 import pytest
 from tests.buildings.authored import lift_tower
 
-from cohelm.buildings import read_building, write_storey
+from cohelm.cli.building import building
 from cohelm.cli.drive import drive_building, drive_setup
-from cohelm.cli.requests import DriveRequest
+from cohelm.cli.requests import BuildingRequest, DriveRequest
 from cohelm.errors import CohelmError
 from cohelm.live.floor_model import floor_model
 
 ROOMS = (("101", "Foyer"), ("201", "Ward 3"), ("301", "Pharmacy"))
 
 
-@pytest.fixture(scope="module")
-def tower(tmp_path_factory):
+@pytest.fixture(scope="module", params=["room", "element"])
+def tower(request, tmp_path_factory):
+    """Folder of a building whose lift is a room on each storey, or stands for itself on one."""
     folder = tmp_path_factory.mktemp("tower")
-    model = lift_tower(marked=("room",), rooms=ROOMS).write(folder / "tower.ifc")
-    for storey in read_building(model):
-        write_storey(storey, folder)
+    model = lift_tower(marked=(request.param,), rooms=ROOMS).write(folder / "tower.ifc")
+    building(BuildingRequest(model=model, out=folder))
     return folder
 
 
 def test_every_storey_has_its_places_and_the_lifts_to_the_others(tower):
-    building = drive_building(tower)
-    assert [each.name for each in building.storeys] == ["Level 1", "Level 2", "Level 3"]
-    assert [set(each.places) for each in building.storeys] == [
-        {"Lift A", name} for _, name in ROOMS
-    ]
-    assert building.storeys[1].lifts == {"Lift A": ("Level 1", "Level 3")}
+    found = drive_building(tower)
+    assert [each.name for each in found.storeys] == ["Level 1", "Level 2", "Level 3"]
+    assert [set(each.places) for each in found.storeys] == [{"Lift A", name} for _, name in ROOMS]
+    assert found.storeys[1].lifts == {"Lift A": ("Level 1", "Level 3")}
 
 
 @pytest.mark.parametrize(

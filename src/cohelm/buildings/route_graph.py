@@ -18,7 +18,7 @@ from cohelm.buildings.storey_files import room_names
 from cohelm.config import nearest
 from cohelm.errors import ConfigError, NoRoute
 from cohelm.geometry import distance_to_polygon
-from cohelm.maps import innermost_point
+from cohelm.maps import NamedPlace, innermost_point
 
 LIFT_WAIT = 30.0
 """Waiting and riding time of a lift, s; assumed."""
@@ -135,6 +135,15 @@ class RouteGraph:
             StopIteration: if there is none.
         """
         return next(each for each in self.storeys if each.number == number)
+
+    def lift_places(self, storey: int) -> tuple[NamedPlace, ...]:
+        """Waiting places in front of the lifts that are no rooms on a storey."""
+        rooms = {
+            o.name for o in self.lifts for each in o.landings if each.room and each.storey == storey
+        }
+        here = [each for each in self.nodes if each.kind == "lift" and each.storey == storey]
+        points = {each.name: each.point for each in reversed(here) if each.name not in rooms}
+        return tuple(NamedPlace(name=name, point=point) for name, point in points.items())
 
     def find(self, text: str, key: str = "") -> int:
         """Position of the room or lift of that name, number, or both; ``NAME @ STOREY`` tells more.

@@ -6,13 +6,13 @@ import dataclasses
 import itertools
 import json
 from collections import Counter
-from collections.abc import Sequence, Set
+from collections.abc import Iterable, Sequence, Set
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cohelm.arrays import Floats
+from cohelm.arrays import Floats, replace
 from cohelm.buildings.storey import (
     BuildingStorey,
     Door,
@@ -34,10 +34,17 @@ from cohelm.maps import (
 )
 
 
-def write_storey(storey: BuildingStorey, folder: Path) -> tuple[Path, ...]:
+def write_storey(
+    storey: BuildingStorey, folder: Path, further: Iterable[NamedPlace] = ()
+) -> tuple[Path, ...]:
     """Write map (.yaml, .pgm), places (.places.yaml) and record (.storey.json); returns the files.
 
     A storey without free floor has a record only.
+
+    Args:
+        storey: to be written.
+        folder: that exists.
+        further: places beside the rooms, as in front of lifts; the name of a room wins.
 
     Raises:
         MapError: if a file cannot be written.
@@ -47,7 +54,10 @@ def write_storey(storey: BuildingStorey, folder: Path) -> tuple[Path, ...]:
     if np.any(~storey.grid.blocked()):
         files = [folder / f"{stem}{suffix}" for suffix in (".yaml", ".pgm", ".places.yaml")] + files
         write_map(storey.grid, files[0])
-        write_places(room_places(storey), files[2])
+        places = room_places(storey)
+        taken = {name.casefold() for name in places.names}
+        new = [each for each in further if each.name.casefold() not in taken]
+        write_places(replace(places, places=(*places.places, *new)), files[2])
         record["map"] = files[0].name
     try:
         text = json.dumps(record, ensure_ascii=False, indent=1)

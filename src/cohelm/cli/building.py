@@ -49,12 +49,7 @@ def building(request: BuildingRequest) -> int:
     for folder, key in folders:
         if folder is not None:
             make_folder(folder, key)
-    written: list[Path] = []
-    if request.out is not None:
-        for storey in storeys:
-            written += write_storey(storey, request.out)
-        with Waiting("building the route graph"):
-            written += write_route_graph(route_graph(storeys), request.out)
+    written = [] if request.out is None else _write(storeys, request.out)
     if request.plot is not None:
         written += _draw(storeys, request.plot)
     access = _access(request, robot, storeys)
@@ -114,6 +109,17 @@ def _access(
         access = accessibility(storeys, robot, request.entrance)
         write_access(access, storeys, request.report, title=request.model.stem)
     return access
+
+
+def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
+    with Waiting("building the route graph"):
+        graph = route_graph(storeys)
+        written = [
+            file
+            for storey in storeys
+            for file in write_storey(storey, folder, graph.lift_places(storey.number))
+        ]
+        return [*written, *write_route_graph(graph, folder)]
 
 
 def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...]) -> None:
