@@ -99,7 +99,7 @@ import sys
 from cohelm.cli import (main)
 from cohelm.cli import web_server as door
 class Drive:
-    failure = None
+    failure = next_storey = None
     def __init__(self, setup): self.setup = setup
     def listen(self, callback): pass
     def start(self): pass

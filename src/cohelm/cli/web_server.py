@@ -109,7 +109,8 @@ def serve_ride(
                 drive.start()
                 if attach is not None:
                     attached.callback(attach(drive))
-                serve(context, bound.dup(), tls, functools.partial(_started, lines, opens))
+                with bound.dup() as own:  # the server closes it at its end
+                    serve(context, own, tls, functools.partial(_started, lines, opens))
             finally:
                 attached.close()
                 drive.close()
