@@ -127,6 +127,7 @@ export class Chair {
         this.limits = message.limits;
         this.rider = message.rider;
         this.differences = null;
+        this.notice = null;
         this.edges = [];
         break;
       case "settings_changed":

@@ -14,10 +14,13 @@ export interface Onward {
   readonly lift: string;
 }
 
+/** After this time without a trip to the lift it was cancelled, ms: a goal takes a moment to be in force. */
+const GONE = 3_000;
+
 class OnwardTrip {
   to = $state.raw<Onward | null>(null);
-  /** The chair has been on its way to the lift. */
-  #began = false;
+  /** When the trip to the lift was last there, as a draft, under way, or at its end, ms. */
+  #there = 0;
 
   /** Storeys of the building but the present one. */
   readonly others = $derived<readonly StoreyInfo[]>((chair.scene?.storeys ?? []).filter((each) => each.name !== chair.scene?.storey));
@@ -39,7 +42,7 @@ class OnwardTrip {
       return;
     }
     this.to = { place, storey: storey.name, lift: lift.name };
-    this.#began = false;
+    this.#there = performance.now();
     void trip.choose({ place: lift.name }, lift.name);
   }
 
@@ -53,7 +56,7 @@ class OnwardTrip {
   }
 
   /** Looks, from time to time, whether the chair is on that storey, or its trip to the lift has ended. */
-  look(): void {
+  look(now = performance.now()): void {
     const { to } = this;
     if (!to || !chair.state) return;
     const names = [trip.draft?.name, chair.goal?.name];
@@ -62,9 +65,9 @@ class OnwardTrip {
       void trip.choose({ place: to.place }, chair.placeName(to.place));
     } else if (names.some((name) => name !== undefined && name !== to.lift)) {
       this.to = null;
-    } else if (chair.goal) {
-      this.#began = true;
-    } else if (this.#began && !trip.draft && chair.arrival?.name !== to.lift) {
+    } else if (trip.draft || chair.goal || chair.arrival?.name === to.lift) {
+      this.#there = now;
+    } else if (now - this.#there > GONE) {
       this.to = null;
     }
   }

@@ -76,7 +76,7 @@ it("another destination, or a trip that is cancelled on the way, ends it", () =>
   onward.look();
   trip.close();
   state(null);
-  onward.look();
+  onward.look(performance.now() + 5_000);
   expect(onward.to).toBeNull();
 });
 

@@ -45,7 +45,7 @@ const VISITED = 1;
 /** Points nearer than this are the same, m. */
 const SAME = 0.05;
 /** What begins anew, for another person: nothing of before is of their trip. */
-const ANEW = new Set(["rider_chosen", "simulation_restarted"]);
+const ANEW = new Set(["rider_chosen", "simulation_restarted", "storey_changes"]);
 
 export class Trip {
   draft = $state.raw<Draft | null>(null);

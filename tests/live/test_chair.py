@@ -476,6 +476,7 @@ def test_beats_that_lie_about_their_time_do_not_move_the_chair(rig):
 def test_another_storey_is_taken_only_where_the_chair_stands_on_free_floor(hall):
     rig = Rig(hall)
     rig.drive()
+    rig.say(SetPace(id=9, pace="slow"))
     rig.steps(20, 0.8)
     rig.say(ChangeStorey(id=2, storey="Level 2"))
     rig.step()
@@ -492,5 +493,22 @@ def test_another_storey_is_taken_only_where_the_chair_stands_on_free_floor(hall)
     rig.say(ChangeStorey(id=4, storey="Level 2"))
     rig.step()
     assert rig.commands.next_storey.name == "Level 2"
+    assert (rig.commands.next_storey.mode, rig.commands.next_storey.pace) == (Mode.SHARED, "slow")
     assert rig.commands.next_storey.pose == pytest.approx(rig.state.pose, abs=0.02)  # measured
     assert rig.of("notice")[-1].text == "The map changes to Level 2."
+
+
+@pytest.mark.parametrize("ends", ["stop", "another driver", "restart"])
+def test_edges_are_allowed_until_stop_another_driver_or_a_restart(rig, ends):
+    settings = rig.commands._settings
+    settings.over_edges_until = rig.clock.now + 20.0
+    rig.steps(2, 0.0)
+    assert rig.navigator.requests[-1].request.over_edges
+    if ends == "stop":
+        rig.say(StopCommand(), client="b")
+    elif ends == "another driver":
+        rig.say(TakeControl(), client="b")
+    else:
+        rig.cycle.enter(rig.new_world())
+    rig.steps(2)
+    assert not rig.navigator.requests[-1].request.over_edges

@@ -9,6 +9,7 @@ import pytest
 
 from cohelm.errors import StoreError
 from cohelm.live import Drive, DriveSetup, LimitsLoosened
+from cohelm.live.control.limits import ChairMoves
 from cohelm.live.messages import (
     ChangeSimulation,
     Echo,
@@ -254,7 +255,7 @@ def test_limits_are_told_kept_and_never_loosened_while_the_chair_moves(drive, pa
 
 def test_edges_are_allowed_while_the_chair_stands_and_the_log_says_so(drive, page):
     page.moves()
-    with pytest.raises(LimitsLoosened):
+    with pytest.raises(ChairMoves):
         drive.allow_edges("therapist", time.monotonic())
     page.rests()
     drive.allow_edges("therapist", time.monotonic())

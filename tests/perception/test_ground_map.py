@@ -13,6 +13,7 @@ from cohelm.perception.ground.cells import FLOOR, LOWER, GroundCells
 from cohelm.perception.ground.ground_map import (
     GroundParameters,
     known_floor,
+    open_edges,
     rules_of,
     update_ground,
     with_edges,
@@ -303,3 +304,17 @@ def test_edges_are_obstacles_of_the_live_layer():
     assert both.occupied.sum() == len(np.unique(cells[inside], axis=0)) > 0
     assert live.occupied.sum() == 0
     assert both.version == 3 + ground.edges.version
+
+
+def test_a_leg_beside_an_edge_that_may_be_crossed_stays_an_obstacle():
+    ground, *_ = approach(beyond(-0.2), stop=0.5)
+    corner = np.array([30, 100])
+    row, col = ground.edges.cells[len(ground.edges.cells) // 2] - corner
+    occupied = np.zeros((60, 60), dtype=np.uint8)
+    occupied[row, col] = occupied[row, col - 3] = 1  # the step's face, and a leg before it
+    live = LiveObstacles(occupied=occupied, corner=corner, version=3)
+    tall = np.zeros_like(ground.tall)
+    tall[*(np.array([row, col - 3]) + corner - ground.corner)] = 10
+    left = open_edges(live, replace(ground, tall=tall))
+    assert np.argwhere(left.occupied).tolist() == [[row, col - 3]]
+    assert left.version != with_edges(live, ground.edges).version

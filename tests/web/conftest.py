@@ -10,6 +10,7 @@ from websockets.exceptions import ConnectionClosed
 
 from cohelm.errors import StoreError
 from cohelm.live import DriveHealth, LimitsLoosened
+from cohelm.live.control.limits import ChairMoves
 from cohelm.live.floor_model import FloorSolids, SolidShape
 from cohelm.live.messages import (
     ChairInfo,
@@ -133,7 +134,7 @@ class Still:
 
     def allow_edges(self, who, now):
         if self.moving:
-            raise LimitsLoosened("Edges can be allowed only while the chair stands.")
+            raise ChairMoves("Edges can be allowed only while the chair stands.")
         self.audit.log_event(who, "edges_allowed")
 
     def set_rider(self, rider, who):

@@ -52,8 +52,9 @@ def drive(request: DriveRequest) -> int:
 
         def on_storey(storey: NextStorey) -> DriveSetup:
             x, y, heading = storey.pose
-            start = f"{x:.3f},{y:.3f},{math.degrees(heading):.1f}"
-            return drive_setup(replace(request, start=start), files, storey=storey.name)
+            start = f"{x:.6f},{y:.6f},{math.degrees(heading):.6f}"
+            there = drive_setup(replace(request, start=start), files, storey=storey.name)
+            return replace(there, mode=storey.mode, pace=storey.pace)
 
         web_server.serve_ride(setup, page, request, on_storey=on_storey)
     sys.stdout.write("stopped; the page is closed\n")
@@ -134,7 +135,7 @@ def drive_building(folder: Path) -> DriveBuilding:
     for storey in storeys:
         rooms = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
         lifts = {}
-        for lift in lifts_of(storeys):
+        for lift in lifts_of(written):
             landings = {each.storey: each for each in lift.landings}
             if storey.number in landings:
                 place = rooms.get(landings[storey.number].room, lift.name)

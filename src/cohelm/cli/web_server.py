@@ -19,6 +19,7 @@ import qrcode
 
 from cohelm.arrays import replace
 from cohelm.cli.requests import DriveRequest
+from cohelm.errors import CohelmError
 from cohelm.live import Drive, DriveSetup, NextStorey
 from cohelm.live.messages import Role
 from cohelm.live.sessions.timeline import timeline_of_recording
@@ -116,7 +117,11 @@ def serve_ride(
                 drive.close()
             if drive.next_storey is None or on_storey is None:
                 return
-            setup, opens = on_storey(drive.next_storey), ""
+            opens = ""
+            try:
+                setup = on_storey(drive.next_storey)
+            except CohelmError as error:  # better on the old storey than nowhere
+                sys.stderr.write(f"warning: {drive.next_storey.name}: {error}\n")
 
 
 def _started(lines: list[str], opens: str) -> None:

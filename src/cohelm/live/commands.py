@@ -8,6 +8,7 @@ only if they are rejected.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -30,6 +31,7 @@ from cohelm.live.messages import (
     FromPage,
     Heartbeat,
     Notice,
+    Pace,
     PlanTrip,
     RateRide,
     Rejected,
@@ -45,6 +47,7 @@ from cohelm.live.messages import (
 )
 from cohelm.live.services import Services
 from cohelm.live.sessions.audit import LogEvent
+from cohelm.messages import Mode
 from cohelm.planning.free_space import check_free_space
 from cohelm.reasons import Reason
 
@@ -74,10 +77,13 @@ class NoStorey(CohelmError):
 
 
 class NextStorey(NamedTuple):
-    """Storey on which the chair is now, and its pose (x, y, heading) there; m, rad."""
+    """Storey on which the chair is now, and what stays as it is."""
 
     name: str
     pose: tuple[float, float, float]
+    """(x, y, heading) in the map frame, m and rad."""
+    mode: Mode
+    pace: Pace
 
 
 class CommandHandler:
@@ -155,6 +161,7 @@ class CommandHandler:
         before = driver.link.driver
         if before == client:
             return False
+        self._settings.over_edges_until = -math.inf
         under_way = driver.mission.under_way
         driver.link = driver_link.take_control(
             driver.link, client, under_way=under_way, confirmed=message.confirm
@@ -179,6 +186,7 @@ class CommandHandler:
         if client in self._therapists:
             cause = Reason.THERAPIST_STOP
         self._driver.stop_until_confirmed(cause)
+        self._settings.over_edges_until = -math.inf
         if not (before.required is RequiredAction.CONFIRM and before.cause is cause):
             self._log_event(client, "stop_pressed")  # once, although a page repeats STOP
         return False
@@ -279,7 +287,8 @@ class CommandHandler:
         x, y, heading = cycle.world.observation.pose.tolist()
         if not check_free_space(grids[0], floor.robot, (x, y), heading).fits:
             raise NoStorey(f"On {name} there is no free floor here: drive to a lift first.")
-        self.next_storey = NextStorey(name, (x, y, heading))
+        mission = self._driver.mission
+        self.next_storey = NextStorey(name, (x, y, heading), mission.mode, mission.pace)
         self._log_event(client, "storey_changed", storey=name)
         self._loop.announce("storey_changes", f"The map changes to {name}.")
         return True

@@ -106,6 +106,7 @@ class ControlCycle:
         self.world = world
         self.state = self.state.entered(simulated=world.simulated)
         self._unsent.clear()
+        self._settings.over_edges_until = -math.inf
         if restarted:
             self._driver.clear_mission()
         if world.simulated:

@@ -21,13 +21,13 @@ from pathlib import Path
 from typing import Literal
 
 from cohelm import kernel_cache
-from cohelm.arrays import value
+from cohelm.arrays import replace, value
 from cohelm.config import Model
 from cohelm.errors import CohelmError
 from cohelm.live.commands import HANDLERS, CommandHandler, NextStorey
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.ipc import ProcessSetup
-from cohelm.live.control.limits import OVER_EDGES, ActiveSettings, LimitsLoosened
+from cohelm.live.control.limits import OVER_EDGES, ActiveSettings, ChairMoves, LimitsLoosened
 from cohelm.live.control.navigator_client import NavigatorClient
 from cohelm.live.control.world_factory import WorldFactory
 from cohelm.live.control_cycle import ControlCycle
@@ -38,6 +38,7 @@ from cohelm.live.messages import (
     FromPage,
     Limits,
     Notice,
+    Pace,
     Rejected,
     RiderSettings,
     Role,
@@ -58,6 +59,7 @@ from cohelm.live.sessions.map_changes import remembered_changes
 from cohelm.live.sessions.response import stored_response, with_response
 from cohelm.live.sessions.store import SessionStore
 from cohelm.maps import OccupancyGrid
+from cohelm.messages import Mode
 from cohelm.scenarios import Scenario
 
 
@@ -100,6 +102,10 @@ class DriveSetup:
     """Initial limits; None: the stored ones, else those of the robot."""
     rider: RiderSettings | None = None
     """Initial rider's settings; None: the stored ones, else those of the profile."""
+    mode: Mode | None = None
+    """Initial mode; None: that of the rider who rode last, else shared."""
+    pace: Pace | None = None
+    """Initial pace, as for ``mode``."""
     storey: str = ""
     """Name of the storey on whose map the chair drives; empty: it is no storey of a building."""
     storeys: tuple[DriveStorey, ...] = ()
@@ -142,7 +148,8 @@ class Drive:
         self._listeners: tuple[Send, ...] = ()
         self._announcing = threading.Lock()
         self._services = services = self._make_services(setup, folder, model.grid)
-        driver, log_event = DriverState(), self.audit.log_event
+        self._driver = driver = DriverState()
+        self._resumed, log_event = (setup.mode, setup.pace), self.audit.log_event
         cycle = ControlCycle(
             driver,
             self._settings,
@@ -209,7 +216,15 @@ class Drive:
         scene = self._scene
         self.audit.log_event("chair", "drive_started", scene=scene.name, seed=scene.seed)
         self.riders.restore()
+        self._loop.call(self._resume)
         self._loop.start()
+
+    def _resume(self) -> None:
+        """Put the initial mode and pace into force."""
+        mode, pace, driver = *self._resumed, self._driver
+        driver.mission = replace(
+            driver.mission, mode=mode or driver.mission.mode, pace=pace or driver.mission.pace
+        )
 
     def close(self) -> None:
         """Stop the chair, end the ride and all processes; may be called twice."""
@@ -327,10 +342,10 @@ class Drive:
             now: s of the control loop's clock.
 
         Raises:
-            LimitsLoosened: The chair moves.
+            ChairMoves: Nothing was changed.
         """
         if self._loop.cycle.moves:
-            raise LimitsLoosened("Edges can be allowed only while the chair stands.")
+            raise ChairMoves("Edges can be allowed only while the chair stands.")
         self._settings.over_edges_until = now + OVER_EDGES
         self.audit.log_event(actor, "edges_allowed", seconds=OVER_EDGES)
         text = (

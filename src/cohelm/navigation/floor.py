@@ -47,7 +47,7 @@ def update_floor(step: StepInput) -> GroundMap | None:
 
 def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:
     """Limit the speed so that the chair stops before floor that it never saw, or creeps onto it."""
-    if floor is None or step.request.mode is Mode.MANUAL:
+    if floor is None or _unlimited(step):
         return step
     twist = step.observation.twist if step.commanded is None else step.commanded
     if math.hypot(twist[0], twist[1]) < CREEPING:
@@ -62,7 +62,7 @@ def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:
 def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | None) -> Decision:
     """The decision, slowed down where it leads onto floor that was never seen."""
     twist = decision.twist
-    if floor is None or step.request.mode is Mode.MANUAL or not twist.any():
+    if floor is None or _unlimited(step) or not twist.any():
         return decision
     speed = float(_point_speeds(step.setup.robot, twist).max())
     allowed = step.request.over_edges
@@ -76,6 +76,10 @@ def within_known_floor(decision: Decision, step: StepInput, floor: GroundMap | N
         slow = limit <= CREEPING and decision.reason in {None, Reason.OVER_LIMITS}
         return replace(decision, reason=slowed) if slow else decision
     return replace(decision, twist=twist * (limit / speed), reason=slowed)
+
+
+def _unlimited(step: StepInput) -> bool:
+    return step.request.mode is Mode.MANUAL and not step.request.over_edges
 
 
 def _stopping_speed(

@@ -47,7 +47,7 @@ from cohelm.perception import (
     perceive,
     update_obstacle_layer,
 )
-from cohelm.perception.ground.ground_map import with_edges, without_edges
+from cohelm.perception.ground.ground_map import open_edges, with_edges
 from cohelm.robots import Robot
 from cohelm.robots.contact import touching
 from cohelm.robots.contact_kernel import WALKING
@@ -151,8 +151,8 @@ def update_world_model(
     stopwatch.lap("ground")
     live = layer.obstacles
     if floor is not None:
-        edged = without_edges if step.request.over_edges else with_edges
-        live = edged(live, floor.edges)
+        over = step.request.over_edges
+        live = open_edges(live, floor) if over else with_edges(live, floor.edges)
     openings = _openings(step, detections, openable)
     walls, seen_walls = _walls(step, barriers, live, openings)
     stopwatch.lap("walls")

@@ -38,7 +38,7 @@ class LimitsLoosened(CohelmError):
 
 
 class ChairMoves(CohelmError):
-    """Another rider can be chosen only while the chair stands; nothing was changed."""
+    """Possible only while the chair stands; nothing was changed."""
 
     code: ClassVar[str] = "chair_moves"
 

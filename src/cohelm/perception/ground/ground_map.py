@@ -207,6 +207,16 @@ def without_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
     return replace(live, occupied=occupied, version=live.version + 1)
 
 
+def open_edges(live: LiveObstacles, ground: GroundMap) -> LiveObstacles:
+    """Live obstacles without those at edges of the floor that are no high objects, as legs are."""
+    clear = without_edges(live, ground.edges)
+    high = np.argwhere(ground.tall > 0) + ground.corner - live.corner
+    high = high[_within(high, live.occupied.shape)]
+    occupied = clear.occupied.copy()
+    occupied[high[:, 0], high[:, 1]] = live.occupied[high[:, 0], high[:, 1]]
+    return replace(live, occupied=occupied, version=live.version + ground.edges.version + 1)
+
+
 def known_floor(
     ground: GroundMap,
     grid: OccupancyGrid,
