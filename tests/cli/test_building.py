@@ -58,6 +58,16 @@ def test_files_are_not_replaced_unasked(model, tmp_path, capsys):
     assert status([*command, "--overwrite"]) == 0
 
 
+def test_two_buildings_do_not_share_a_folder(model, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert status(["building", str(model), "--out", str(out)]) == 0
+    (out / "ground-floor.storey.json").rename(out / "attic.storey.json")
+    before = sorted(out.iterdir())
+    assert status(["building", str(model), "--out", str(out), "--overwrite"]) == 2
+    assert "another storey, attic" in capsys.readouterr().err
+    assert sorted(out.iterdir()) == before
+
+
 def test_a_plain_map_is_a_building_of_one_storey(tmp_path, capsys):
     pixels = np.full((80, 160), 254, dtype=np.uint8)
     pixels[[0, -1]] = pixels[:, [0, -1]] = 0
@@ -93,7 +103,7 @@ def test_a_report_says_which_rooms_the_chair_reaches(tmp_path, chair, capsys):
     assert "404.2.3" in text
     assert text.count("<svg") == 1
     assert not re.search(r"""(src|href)=["'](?!#|data:)""", text)  # nothing from elsewhere
-    assert status([*command, "--entrance", "102", "--json"]) == 0
+    assert status([*command, "--entrance", "102", "--json", "--overwrite"]) == 0
     access = json.loads(capsys.readouterr().out)["access"]
     assert [room["reached"] for room in access["rooms"]] == [False, True]
     (barrier,) = access["barriers"]
@@ -112,6 +122,10 @@ def test_errors_of_a_report_are_one_line(model, tmp_path, capsys):
 
     assert "no robot is called 'chiar'" in said("--report", page, "--robot", "chiar")
     assert "no folder" in said("--report", tmp_path / "a" / "report.html")
+    assert "ends in .html" in said("--report", model)
+    (kept := tmp_path / "kept.html").write_text("kept")
+    assert "exists" in said("--report", kept)
+    assert kept.read_text() == "kept"
     assert "no room or door 'Offce'; did you mean 'Office'?" in said(
         "--report", page, "--entrance", "Offce"
     )

@@ -93,6 +93,9 @@ def _read_storey(file: Path) -> BuildingStorey:
     try:
         record = json.loads(file.read_text(encoding="utf-8"))
         map_file = file.parent / record.pop("map") if "map" in record else None
+        # Else a picture of the same name would be read as the map.
+        if map_file is not None and not (picture := map_file.with_suffix(".pgm")).is_file():
+            raise BuildingError("the picture of its map is missing", file=picture)
         grid = OccupancyGrid(data=np.array([[UNKNOWN]]), resolution=1.0, X_MG=np.zeros(3))
         return BuildingStorey(
             **{**record, "notes": tuple(record["notes"])}

@@ -44,8 +44,8 @@ def building(request: BuildingRequest) -> int:
     storeys = read_building(
         request.model, storey=request.storey, resolution=request.resolution, watch=_counted
     )
-    if request.out is not None and not request.overwrite:
-        _check_free(request.out, storeys)
+    if request.out is not None:
+        _check_free(request.out, storeys, overwrite=request.overwrite)
     for folder, key in folders:
         if folder is not None:
             make_folder(folder, key)
@@ -93,6 +93,12 @@ def _robot(request: BuildingRequest) -> Robot | None:
     from cohelm.plotting import check_folder
     from cohelm.robots import load_robot
 
+    if request.report.suffix.lower() not in {".html", ".htm"}:
+        raise ConfigError(f"{request.report}: a report ends in .html", key="--report")
+    if request.report.exists() and not request.overwrite:
+        raise ConfigError(
+            f"{request.report} exists; name another file, or --overwrite", key="--report"
+        )
     check_folder(request.report, "--report")
     return load_robot(request.robot)
 
@@ -122,13 +128,18 @@ def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
         return [*written, *write_route_graph(graph, folder)]
 
 
-def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...]) -> None:
-    """Refuse to replace files, which somebody may have edited.
+def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...], *, overwrite: bool) -> None:
+    """Refuse to replace files, which somebody may have edited, and to mix buildings.
 
     Raises:
-        ConfigError: naming the first file that exists.
+        ConfigError: naming the first file that exists, or a storey that is not of this run.
     """
-    for storey in storeys:
+    stems = {storey.stem for storey in storeys}
+    for file in sorted(folder.glob("*.storey.json")):
+        if (stem := file.name.removesuffix(".storey.json")) not in stems:
+            problem = f"{folder} has another storey, {stem}, whose graph would not fit any more"
+            raise ConfigError(f"{problem}; name another folder", key="--out")
+    for storey in () if overwrite else storeys:
         for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json", ".route.geojson"):
             if (file := folder / f"{storey.stem}{suffix}").exists():
                 raise ConfigError(
