@@ -168,6 +168,8 @@ class _Survey:
         self._labels = door_labels(storeys)
         self._names = {s.number: room_names(s.rooms) for s in storeys}
         self._floors: dict[int, ChairFloor] = {}
+        self._arrived: dict[tuple[int, str], int] = {}
+        """Least number of faults of the arrivals surveyed, by storey and lift."""
         self.results: dict[int, dict[str, RoomResult]] = {}
 
     def inside(self, storeys: Iterable[BuildingStorey]) -> frozenset[str]:
@@ -214,21 +216,24 @@ class _Survey:
                 )
         if not arrivals:
             raise ConfigError(f"the chair does not fit at {entrances[0].name}", key="--entrance")
-        while len(self.results) < len(self._storeys):
-            ready = [number for number in arrivals if number not in self.results]
-            if not ready:
+        while arrivals or len(self.results) < len(self._storeys):
+            if not arrivals:
                 number, sources = self._by_stairs()
                 arrivals[number] = sources
-                ready = [number]
-            number = min(ready, key=lambda n: min(len(each.faults) for each in arrivals[n]))
+            number = min(arrivals, key=lambda n: min(len(each.faults) for each in arrivals[n]))
             least = min(len(each.faults) for each in arrivals[number])
             sources = [each for each in arrivals[number] if len(each.faults) == least]
+            arrivals[number] = [each for each in arrivals[number] if len(each.faults) > least]
+            before = self.results.get(number, {})
             self.results[number] = {
-                room: self._behind(sources, result)
-                for room, result in self._floors[number].survey(sources).items()
+                room: _better(before.get(room), self._behind(sources, result))
+                for room, result in self._floors[number].survey(sources, before).items()
             }
+            self._arrived |= {(number, each.via[-1]): least for each in sources if each.via}
             for other, source in self._by_lift(number):
                 arrivals.setdefault(other, []).append(source)
+            useful = {n: [e for e in arrivals[n] if self._is_useful(n, e)] for n in arrivals}
+            arrivals = {n: sources for n, sources in useful.items() if sources}
         return left_out
 
     def rooms_of(self, storey: BuildingStorey) -> list[RoomAccess]:
@@ -347,6 +352,14 @@ class _Survey:
         )
         remark = result.remark and f"even if the chair got to this storey: {result.remark}"
         return RoomResult(sets=sets, remark=remark)
+
+    def _is_useful(self, number: int, source: AccessSource) -> bool:
+        """Check that the chair gets to that side of a storey with more faults, or not at all."""
+        if number not in self.results:
+            return True
+        known = self.results[number][source.via[-1]]
+        least = min((0,) if known.path is not None else map(len, known.sets), default=np.inf)
+        return len(source.faults) < min(least, self._arrived.get((number, source.via[-1]), np.inf))
 
     def _by_lift(self, number: int) -> Iterable[tuple[int, AccessSource]]:
         """Arrivals on other storeys by the lifts of a storey."""
@@ -540,6 +553,16 @@ class _Survey:
                 f"map of {storey.grid.resolution:g} m per cell: a finer map is needed"
             )
         return "; ".join(texts)
+
+
+def _better(one: RoomResult | None, other: RoomResult) -> RoomResult:
+    """Result of a room from two surveys: its path, else the smaller sets of changes."""
+    if one is None or other.path is not None:
+        return other
+    sets = sorted({*one.sets, *other.sets}, key=lambda each: (len(each), sorted(each)))
+    if one.path is not None or not sets:
+        return one
+    return RoomResult(sets=tuple(each for each in sets if len(each) == len(sets[0])))
 
 
 def _front(floor: ChairFloor, landing: LiftLanding) -> Booleans:

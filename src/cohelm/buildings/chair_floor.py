@@ -154,13 +154,20 @@ class ChairFloor:
         x, y = point.tolist()
         return check_free_space(self.grid, self.robot, (x, y)).fits
 
-    def survey(self, sources: list[AccessSource]) -> dict[str, RoomResult]:
-        """Result of each room, by id; the first sources are preferred."""
+    def survey(
+        self, sources: list[AccessSource], before: Mapping[str, RoomResult] | None = None
+    ) -> dict[str, RoomResult]:
+        """Result of each room, by id; the first sources are preferred.
+
+        Args:
+            sources: where the chair arrives.
+            before: results from other sources; rooms with a path keep it.
+        """
         now = self._reach(np.zeros(self.grid.shape, dtype=np.bool_), sources)
         sources = self._distinct(sources, now)
-        found: dict[str, RoomResult] = {}
+        found = {room: each for room, each in (before or {}).items() if each.path is not None}
         stuck: dict[str, Floats | None] = {}
-        for room in self.rooms:
+        for room in [each for each in self.rooms if each not in found]:
             result, stuck[room] = self._plan(room, now, sources)
             if result is not None:
                 found[room] = result

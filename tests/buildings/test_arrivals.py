@@ -1,0 +1,59 @@
+"""Storeys on which a chair arrives by lifts, in authored models."""
+
+from tests.buildings.authored import lift_tower
+
+from cohelm.buildings import accessibility, read_building
+
+
+def surveyed(author, folder, chair, entrance="Hall"):
+    storeys = read_building(author.write(folder / "model.ifc"), resolution=0.05)
+    return accessibility(storeys, chair, entrance)
+
+
+def entrances(report):
+    """Way to each room; empty if it is not reached."""
+    return {room.name: room.entrance for room in report.rooms}
+
+
+def tower(*spaces, **options):
+    """Hall on Level 1, and rooms (name, low, high) on Level 2."""
+    author = lift_tower(doors=(True, True), **options)
+    first = author.storeys[0]
+    author.box("IfcSpace", (0.2, 2.2, 0), (7.8, 5.8, 2.5), storey=first, Name="1", LongName="Hall")
+    for number, (name, low, high) in enumerate(spaces):
+        author.box("IfcSpace", (*low, 0), (*high, 2.5), Name=f"2{number}", LongName=name)
+    return author
+
+
+def wings():
+    """West and East on Level 2 with a wall between, and a lift on each side of it."""
+    author = tower(
+        ("West", (0.2, 2.2), (5.9, 5.8)), ("East", (6.1, 2.2), (7.8, 5.8)), lifts=2
+    )  # fmt: skip
+    author.box("IfcWall", (5.9, 2, 0), (6.1, 5.8, 2.5))
+    return author
+
+
+def test_a_lift_leads_back_to_another_part_of_a_storey(tmp_path, chair):
+    report = surveyed(wings(), tmp_path, chair, "West")
+    assert entrances(report) == {
+        "Hall": "West, lift Lift A", "West": "West", "East": "West, lift Lift A, lift Lift B",
+    }  # fmt: skip
+    assert report.barriers == ()
+
+
+def test_of_two_lifts_the_one_that_is_too_small_is_the_barrier(tmp_path, chair):
+    author = wings()
+    for element in author.model.by_type("IfcTransportElement"):
+        if element.Name == "Lift B":
+            author.model.remove(element)
+    author.box(
+        "IfcTransportElement", (6.7, 0.8, 0), (7.3, 1.6, 2.2), storey=author.storeys[0],
+        Name="Lift B",
+    )  # fmt: skip
+    report = surveyed(author, tmp_path, chair)
+    assert entrances(report)["West"] == "Hall, lift Lift A"
+    assert entrances(report)["East"] == ""
+    assert [(each.fault.kind, each.place, each.opens) for each in report.barriers] == [
+        ("lift", "lift Lift B", ("East, Level 2",))
+    ]
