@@ -1,5 +1,6 @@
 """Storeys on which a chair arrives by lifts, in authored models."""
 
+import pytest
 from tests.buildings.authored import lift_tower
 
 from cohelm.buildings import accessibility, read_building
@@ -57,3 +58,25 @@ def test_of_two_lifts_the_one_that_is_too_small_is_the_barrier(tmp_path, chair):
     assert [(each.fault.kind, each.place, each.opens) for each in report.barriers] == [
         ("lift", "lift Lift B", ("East, Level 2",))
     ]
+
+
+@pytest.mark.parametrize("depth", [0.3, 1.6])
+def test_a_lift_does_not_lead_through_the_wall_of_its_lobby(tmp_path, chair, depth):
+    end = 2.0 + depth
+    author = tower(("Lobby", (4, 2), (6, end)), ("Ward", (0.2, end + 0.1), (7.8, 5.8)))
+    author.box("IfcWall", (0.2, end, 0), (7.8, end + 0.1, 2.5))
+    author.box("IfcWall", (3.9, 0.2, 0), (4, end, 2.5))
+    author.box("IfcWall", (6, 0.2, 0), (6.1, end, 2.5))
+    report = surveyed(author, tmp_path, chair)
+    lobby = "Hall, lift Lift A" if depth > 1.0 else ""
+    assert entrances(report) == {"Hall": "Hall", "Lobby": lobby, "Ward": ""}
+
+
+def test_furniture_in_front_of_a_lift_is_the_barrier(tmp_path, chair):
+    author = tower(("Ward", (0.2, 2.2), (7.8, 5.8)))
+    author.box("IfcWall", (3.9, 0.2, 0), (4, 2.2, 2.5))
+    author.box("IfcWall", (6, 0.2, 0), (6.1, 2.2, 2.5))
+    author.box("IfcFurniture", (3, 2.3, 0), (7, 3, 1.0))
+    report = surveyed(author, tmp_path, chair, "Ward")
+    assert entrances(report)["Hall"] == ""
+    assert {(each.fault.kind, each.place) for each in report.barriers} == {("furniture", "Ward")}

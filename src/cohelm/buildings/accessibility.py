@@ -29,8 +29,6 @@ from cohelm.robots import Robot
 
 _AT_DOOR = 0.6
 """Distance of a narrow place from a door that it belongs to, m."""
-_STAIR_HEAD = 1.5
-"""Distance of the floor in front of a lift or stairs from it, m."""
 _WIDEST = 3.0
 """Wider passages are not measured, m."""
 
@@ -371,11 +369,8 @@ class _Survey:
             for landing in lift.landings:
                 if landing.storey not in self._floors or landing.storey == number:
                     continue
-                floor = self._floors[landing.storey]
-                front = floor.rooms[f"lift {lift.name}"]
-                middle = floor.grid.centres(np.argwhere(front)).mean(axis=0)
-                point = floor.place_near(middle) if front.any() else None
-                if point is None or np.hypot(*(point - middle)) > _STAIR_HEAD:
+                point = self._floors[landing.storey].place_in(f"lift {lift.name}")
+                if point is None:
                     continue
                 faults = min(here.sets, key=len) if here.sets else frozenset()
                 if self._is_tight(lift, (enters, landing)):
@@ -566,18 +561,16 @@ def _better(one: RoomResult | None, other: RoomResult) -> RoomResult:
 
 
 def _front(floor: ChairFloor, landing: LiftLanding) -> Booleans:
-    """Cells (rows, cols) of the floor in front of a lift."""
+    """Cells (rows, cols) of the floor in front of a lift, with no wall between."""
+    if not landing.doors:
+        return open_front(replace(floor.storey, grid=floor.grid), landing.polygon)
     middle = landing.polygon.mean(axis=0)
     front = np.zeros(floor.grid.shape, dtype=np.bool_)
     for door in floor.storey.doors:
         if door.id in landing.doors:
             out = _normal(door)
-            front |= floor.ahead(door, -out if (middle - door.point) @ out > 0.0 else out)
-    return (
-        front
-        if landing.doors
-        else open_front(replace(floor.storey, grid=floor.grid), landing.polygon)
-    )
+            front |= floor.in_front(door, -out if (middle - door.point) @ out > 0.0 else out)
+    return front
 
 
 def _normal(door: Door) -> Floats:

@@ -143,6 +143,24 @@ class ChairFloor:
         corners = [near + along * a * side / 2.0 + out * b * side for a, b in _SQUARE]
         return polygon_cells([np.array(corners)], self.grid)
 
+    def in_front(self, door: Door, out: Floats) -> Booleans:
+        """Cells of :meth:`ahead` to which free floor leads from the door; furniture beside it."""
+        square, free = self.ahead(door, out), ~self.grid.blocked()
+        half, margin = door.width / 2.0, 0.1 + self.grid.resolution
+        mouth = square & polygon_cells([door.part(-half, half, margin)], self.grid)
+        rooms = [cells for key, cells in self._changes().items() if key.startswith("room ")]
+        furniture = square & np.logical_or.reduce([np.zeros_like(square), *rooms])
+        floor = ndimage.binary_propagation(mouth, mask=mouth | (square & free)) & free
+        # Furniture is no wall: the chair gets to its cells where a change clears the room.
+        beside = ndimage.binary_propagation(mouth | floor, mask=mouth | floor | furniture)
+        front: Booleans = floor | (beside & furniture)
+        return front
+
+    def place_in(self, room: str) -> Floats | None:
+        """Roomiest point (2,) of a room where the chair fits, m; None: there is none."""
+        now = self._reach(np.zeros(self.grid.shape, dtype=np.bool_), [])
+        return next(self._goals(room, now, now.labels > 0), None)
+
     def place_near(self, point: Floats) -> Floats | None:
         """Nearest point (2,) where the chair fits, map frame, m; None: there is none."""
         x, y = point.tolist()
@@ -157,12 +175,7 @@ class ChairFloor:
     def survey(
         self, sources: list[AccessSource], before: Mapping[str, RoomResult] | None = None
     ) -> dict[str, RoomResult]:
-        """Result of each room, by id; the first sources are preferred.
-
-        Args:
-            sources: where the chair arrives.
-            before: results from other sources; rooms with a path keep it.
-        """
+        """Result of each room, by id; the first sources are preferred, paths of ``before`` kept."""
         now = self._reach(np.zeros(self.grid.shape, dtype=np.bool_), sources)
         sources = self._distinct(sources, now)
         found = {room: each for room, each in (before or {}).items() if each.path is not None}
