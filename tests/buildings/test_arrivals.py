@@ -4,6 +4,7 @@ import pytest
 from tests.buildings.authored import lift_tower
 
 from cohelm.buildings import accessibility, read_building
+from cohelm.robots import Robot
 
 
 def surveyed(author, folder, chair, entrance="Hall"):
@@ -80,3 +81,15 @@ def test_furniture_in_front_of_a_lift_is_the_barrier(tmp_path, chair):
     report = surveyed(author, tmp_path, chair, "Ward")
     assert entrances(report)["Hall"] == ""
     assert {(each.fault.kind, each.place) for each in report.barriers} == {("furniture", "Ward")}
+
+
+@pytest.mark.parametrize("marked", [("element",), ("room",), ("room", "element")])
+def test_a_chair_longer_than_the_car_does_not_fit_into_its_shaft(tmp_path, chair, marked):
+    longer = tuple((1.3 * x, y) for x, y in chair.footprint)  # 1.44 m; car 1.2 m, shaft 1.6 m
+    large = Robot.model_validate({**chair.model_dump(), "footprint": longer})
+    author = tower(("Ward", (0.2, 2.2), (7.8, 5.8)), marked=marked)
+    report = surveyed(author, tmp_path, large)
+    assert (entrances(report)["Ward"] == "") == ("element" in marked)
+    depths = [each for each in report.norms if each.rule.measure == "car depth"]
+    assert [each.passes for each in depths] == [0, 0]
+    assert [each.unknown for each in depths] == ([0, 0] if "element" in marked else [1, 1])

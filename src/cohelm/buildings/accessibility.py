@@ -69,7 +69,7 @@ class RoomAccess:
     turns: bool
     """The chair's own swept circle fits."""
     barriers: tuple[tuple[int, ...], ...]
-    """Smallest sets of numbers of barriers; without those of any one set the room is reached."""
+    """Small sets of numbers of barriers; without those of any one set the room is reached."""
     remark: str
     """Reason where no set was found."""
 
@@ -295,9 +295,11 @@ class _Survey:
             for _, door in doors
             if door.id in landing.doors
         ]
-        cars = {
-            lift.name: (np.ptp(landing.polygon @ door.direction), landing.polygon @ _normal(door))
-            for lift, landing, door in landings
+        cars: dict[str, tuple[float | None, float | None]] = {
+            lift.name: (None, None)
+            if lift.car is None
+            else (float(np.ptp(lift.car @ door.direction)), float(np.ptp(lift.car @ _normal(door))))
+            for lift, _, door in landings
         }
         cells = {s.number: 2.0 * s.grid.resolution for s in self._storeys.values()}
         return check_norms(
@@ -330,10 +332,8 @@ class _Survey:
                     for link in s.links
                     if link.kind == "ramp"
                 ],
-                "car width": [MeasuredValue(name, float(w)) for name, (w, _) in cars.items()],
-                "car depth": [
-                    MeasuredValue(name, float(np.ptp(deep))) for name, (_, deep) in cars.items()
-                ],
+                "car width": [MeasuredValue(name, wide) for name, (wide, _) in cars.items()],
+                "car depth": [MeasuredValue(name, deep) for name, (_, deep) in cars.items()],
             }
         )
 
@@ -395,7 +395,9 @@ class _Survey:
                 return True
             along = doors[0].direction if doors else np.array([1.0, 0.0])
             across = np.array([-along[1], along[0]])
-            car = np.ptp(landing.polygon @ np.stack([along, across], axis=1), axis=0)
+            # The car is no larger than the shaft, where the model has that only.
+            outline = landing.polygon if lift.car is None else lift.car
+            car = np.ptp(outline @ np.stack([along, across], axis=1), axis=0)
             if min(car) < min(length, width) or max(car) < max(length, width):
                 return True
         return False

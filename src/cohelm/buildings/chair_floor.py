@@ -1,7 +1,7 @@
 """A storey as one chair meets it: the planner's paths to its rooms, and the changes that open them.
 
 The cause of an unreachable room is a counterfactual: doors are widened and rooms cleared on a copy
-of the map until the planner finds a path. Sets of changes are tried by size, so that the smallest
+of the map until the planner finds a path. Sets of changes are tried by size, so that small
 ones are found. A flood fill of the cells where the chair's inscribed circle fits, which every path
 needs, leaves out most sets; the planner confirms the others.
 """
@@ -79,7 +79,7 @@ class AccessSource:
 
 @value
 class RoomResult:
-    """Path to a room, or the smallest sets of changes that open one."""
+    """Path to a room, or small sets of changes that open one."""
 
     path: Annotated[Floats, Shape("k 2")] | None = None
     source: AccessSource | None = None
@@ -244,7 +244,7 @@ class ChairFloor:
     def _open(
         self, rooms: list[str], now: _Reach, sources: list[AccessSource]
     ) -> dict[str, list[frozenset[AccessFault]]]:
-        """Smallest sets of changes that open rooms, by breadth-first search over sets."""
+        """Small sets of changes that open rooms, by breadth-first search over sets."""
         changes = self._changes()
         found: dict[str, list[frozenset[AccessFault]]] = {}
         level: dict[frozenset[str], _Reach] = {frozenset(): now}

@@ -46,6 +46,8 @@ class Lift:
     """Unique in its building."""
     landings: tuple[LiftLanding, ...]
     """One for each storey that it serves, lowest first."""
+    car: Annotated[Floats, Shape("k 2")] | None = None
+    """Outline of the car; map frame, m. None: the model has the shaft only."""
 
 
 @value
@@ -76,7 +78,13 @@ def lifts_of(storeys: Sequence[BuildingStorey], notes: list[str] | None = None) 
         name = next((each.name for each in shaft if each.name), "Lift")
         if len(served) > 1:
             same = sum(lift.name.split(" (")[0] == name for lift in lifts)
-            lifts.append(Lift(name=f"{name} ({same + 1})" if same else name, landings=served))
+            car = min((e.shape for e in shaft if not e.room), key=lambda e: e.area, default=None)
+            lifts.append(
+                Lift(
+                    name=f"{name} ({same + 1})" if same else name, landings=served,
+                    car=None if car is None else _corners(car),
+                )
+            )  # fmt: skip
         elif notes is not None and len(storeys) > 1:
             notes.append(f"the lift {name!r} serves one storey only: it is left out")
     return tuple(lifts)
@@ -136,7 +144,7 @@ def _landing(
     """
     here = next((each for each in shaft if each.storey == storey.number), None)
     shape = shape if here is None else here.shape
-    polygon = np.array(shapely.get_coordinates(shape.exterior))[:-1]
+    polygon = _corners(shape)
     doors = tuple(door.id for door in storey.doors if _leads_into(door, shape))
     if here is None:
         cells = polygon_cells([polygon], storey.grid)
@@ -150,6 +158,11 @@ def _landing(
             return None
     room = "" if here is None else here.room
     return LiftLanding(storey=storey.number, polygon=polygon, doors=doors, room=room)
+
+
+def _corners(shape: shapely.Polygon) -> Floats:
+    """Corners (k, 2) of an outline, m."""
+    return np.array(shapely.get_coordinates(shape.exterior))[:-1]
 
 
 def _leads_into(door: Door, shape: shapely.Polygon) -> bool:
