@@ -242,6 +242,7 @@ def test_norms_pass_fail_or_stay_unknown():
                 "door": [MeasuredValue(*each) for each in values],  # 0.8128 m are 32 inches
                 "turning": [MeasuredValue("hall", 1.45, 0.1), MeasuredValue("closet", 1.3, 0.1)],
                 "approach": [MeasuredValue("d", 1.2), MeasuredValue("e", 1.0)],
+                "route": [MeasuredValue(f"{v} m", v) for v in (0.8, 0.82, 0.91, 0.92)],
                 "ramp": [MeasuredValue("ramp", None)],
             }
         )
@@ -249,5 +250,6 @@ def test_norms_pass_fail_or_stay_unknown():
     assert checks["404.2.3", "door"] == (1, 1, 1)
     assert checks["304.3.1", "turning"] == (0, 1, 1)
     assert checks["404.2.4", "approach"] == (0, 1, 1)
+    assert checks["403.5.1", "route"] == (1, 1, 2)
     assert checks["405.2", "ramp"] == (0, 0, 1)
     assert ("407.4.1", "car width") not in checks

@@ -47,8 +47,8 @@ RULES = (
     ),
     NormRule(_ISO, "", "turning space of 1500 mm diameter", "turning", 1.50),
     NormRule(
-        _ADA, "403.5.1", "clear width of walking surfaces at least 36 in (915 mm)", "route",
-        36 * _IN,
+        _ADA, "403.5.1", "clear width of walking surfaces at least 36 in (915 mm), or 32 in "
+        "(815 mm) for at most 24 in (610 mm) of length", "route", 32 * _IN, sure=36 * _IN,
     ),
     NormRule(_ADA, "405.2", "slope of ramps at most 1:12", "ramp", 0.0),
     NormRule(_ADA, "405.5", "clear width of ramps at least 36 in (915 mm)", "ramp", 0.0),
