@@ -135,6 +135,21 @@ def test_a_room_without_a_door_and_one_full_of_furniture(tmp_path, chair):
     assert next(r.remark for r in report.rooms if r.name == "R2") == "no door leads to it"
 
 
+def test_an_opening_without_a_door_is_compared_with_the_norms_of_doors(tmp_path, chair):
+    author = row_of_rooms([0.0])
+    wall = author.box("IfcWall", (6.6, 0.2, 0), (6.8, 3.2, 2.5))
+    author.opening(wall, (6.6, 1, 0), (6.8, 1.7, 2.1))
+    report = surveyed(author, tmp_path, chair)
+    checks = {each.rule.measure: each for each in report.norms if each.rule.norm.startswith("2010")}
+    (failure,) = checks["door"].failures
+    assert failure.endswith(": 0.700 m")
+    counts = {
+        name: checks[name].passes + checks[name].unknown + len(checks[name].failures)
+        for name in ("door", "approach", "threshold")
+    }
+    assert counts == {"door": 2, "approach": 2, "threshold": 1}
+
+
 @pytest.mark.slow
 def test_a_door_may_be_wide_enough_but_the_turn_too_tight(tmp_path, chair, width):
     author = row_of_rooms([width + 0.1])

@@ -287,7 +287,7 @@ class _Survey:
             (storey, door)
             for storey in self._storeys.values()
             for door in storey.doors
-            if door.kind in {"door", "passage"}
+            if door.kind != "open border"
         ]
         landings = [
             (lift, landing, door)
@@ -311,7 +311,11 @@ class _Survey:
                     for s, d in doors
                 ],
                 "approach": [MeasuredValue(self._door(d), *self._approach(s, d)) for s, d in doors],
-                "threshold": [MeasuredValue(self._door(d), d.threshold) for _, d in doors],
+                "threshold": [
+                    MeasuredValue(self._door(d), d.threshold)
+                    for _, d in doors
+                    if d.kind != "opening"
+                ],
                 "turning": [
                     MeasuredValue(
                         self._title(each.storey, each.name), each.turning, cells[each.storey]
