@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
-from tests.buildings.authored import Author, ward_block
+from tests.buildings.authored import Author, two_rooms, ward_block
 
 from cohelm.cli.app import status
 
@@ -111,6 +111,24 @@ def test_a_folder_without_a_building_is_one_line(plan, tmp_path):
     code, said = plan(tmp_path, "A", "B")
     assert (code, said.count("\n")) == (2, 1)
     assert "no storey" in said
+
+
+@pytest.mark.parametrize("height", [0.02, 0.2])
+def test_a_threshold_that_the_chair_does_not_climb_closes_a_door(plan, tmp_path, height):
+    author, _ = two_rooms()
+    door = next(each for each in author.model.by_type("IfcDoor") if each.Name == "D1")
+    lining = author.root("IfcDoorLiningProperties", ThresholdThickness=height)
+    author.root(
+        "IfcRelDefinesByProperties", RelatedObjects=[door], RelatingPropertyDefinition=lining
+    )
+    model = author.write(tmp_path / "m.ifc")
+    assert status(["building", str(model), "--out", str(tmp_path)]) == 0
+    code, said = plan(tmp_path, "Office", "Ward 3")
+    assert code == (0 if height < 0.1 else 2)
+    if code:
+        assert said.count("\n") == 1
+        assert "the threshold of the door 'D1' (Office – Ward 3), 0.90 m wide" in said
+        assert said.rstrip().endswith("is 0.200 m high")
 
 
 def test_where_the_chair_cannot_turn_the_door_is_named_or_avoided(plan, tmp_path):

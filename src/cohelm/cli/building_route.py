@@ -142,15 +142,23 @@ def _planned(
     start, goal = graph.find(request.start, "--start"), graph.find(request.goal, "--goal")
     wishes = _wishes(graph, request)
     width = 2.0 * (robot.inscribed_radius + request.clearance)
-    blocked: set[frozenset[int]] = set()
+    thresholds = _thresholds(graph, robot)
+    blocked = {*thresholds}
     for _ in range(_ATTEMPTS):
         try:
             route = graph.route(start, goal, width=width, wishes=wishes, blocked=blocked)
         except NoRoute as cause:
-            if not notes:
-                raise
+            if notes:
+                because = notes[0]
+            else:
+                try:
+                    route = graph.route(start, goal, width=width, wishes=wishes)
+                except NoRoute:
+                    raise cause from None
+                pairs = itertools.pairwise(graph.position(node) for node in route.nodes)
+                because = next(thresholds[p] for p in map(frozenset, pairs) if p in thresholds)
             raise NoRoute(
-                start=cause.start, goal=cause.goal, needed=width, because=notes[0]
+                start=cause.start, goal=cause.goal, needed=width, because=because
             ) from None
         legs: list[_Leg] = []
         for nodes in _on_one_storey(route):
@@ -171,6 +179,21 @@ def _planned(
         else:
             return route, legs
     raise NoRoute(start=request.start, goal=request.goal, needed=width, because=notes[0])
+
+
+def _thresholds(graph: RouteGraph, robot: Robot) -> dict[frozenset[int], str]:
+    """Doors with a threshold that the robot does not climb, by their pair of nodes, in words."""
+    found = {}
+    for one, other in graph.graph.edges:
+        edge = graph.edge(one, other)
+        height = 0.0 if edge.door is None else edge.door.threshold or 0.0
+        if height > robot.max_step_up:
+            where = graph.describe(graph.nodes[one], graph.nodes[other], edge)
+            found[frozenset((one, other))] = (
+                f"the robot climbs {robot.max_step_up:.3f} m, the threshold of {where}, is "
+                f"{height:.3f} m high"
+            )
+    return found
 
 
 def _on_one_storey(route: BuildingRoute) -> list[tuple[RouteNode, ...]]:
