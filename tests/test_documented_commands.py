@@ -150,7 +150,7 @@ def stopped(monkeypatch, commands, reader_s_folder, tmp_path):
         "cohelm.cli.people.open_recording": stop,
         "cohelm.cli.ground.open_recording": stop,
         "cohelm.cli.building.read_building": stop,
-        "cohelm.buildings.read_storeys": stop,
+        "cohelm.cli.drive.drive_building": stop,
         "cohelm.cli.building_route.read_storeys": stop,
         "cohelm.cli.compile_kernels.compile_all": stop,
         "cohelm.cli.web_server.read_page": dict,

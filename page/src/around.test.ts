@@ -3,8 +3,7 @@ import { describe, expect, it } from "vitest";
 import { causeOf, doorAhead, ring, sides, type About } from "./around";
 import { pushedInto } from "./cues.svelte";
 import { shareOf, steererOf } from "./share";
-import { facesAway, nextArea, nextTurn } from "./turns";
-import { turnWords } from "./words";
+import { facesAway, nextTurn } from "./turns";
 import type { Point } from "./map/view";
 
 const FREE = Array.from({ length: 36 }, () => 3);
@@ -130,21 +129,5 @@ describe("the next turn", () => {
   it("is none where a line only wavers", () => {
     const wavers = Array.from({ length: 50 }, (_, k): Point => [0.2 * k, 0.03 * (k % 2)]);
     expect(nextTurn(wavers, 9.8)).toBeNull();
-  });
-});
-
-describe("rooms that the route enters", () => {
-  const room = (name: string, x: number, side: number) => ({
-    name, x, y: 0, names: {}, area: [[x, -side], [x + 2 * side, -side], [x + 2 * side, side], [x, side]] as [number, number][],
-  });
-  const places = [room("Hall", -1, 4), room("Ward 3", 8, 3)];
-  it("are named with the way to them, or with the turn into them", () => {
-    const straight: [number, number][] = [[0, 0], [12, 0]];
-    expect(nextArea(straight, 12, places)).toEqual({ name: "Ward 3", after: expect.closeTo(8, 0) });
-    expect(nextArea(straight, 2, places)).toBeNull();
-    expect(turnWords(null, 12, "", { name: "Ward 3", after: 8 })).toBe("Straight on, in 8 m into Ward 3");
-    const turn = { side: "left", after: 7, at: [7, 0] } as const;
-    expect(turnWords(turn, 12, "Kiosk", { name: "Ward 3", after: 8 })).toBe("Turn left in 7 m, into Ward 3");
-    expect(turnWords(turn, 12, "Kiosk", null)).toBe("Turn left in 7 m, at Kiosk");
   });
 });

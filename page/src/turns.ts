@@ -1,9 +1,7 @@
 // The next turn of a route, from its points; what a passenger would be told.
 
-import { placeAround } from "./around";
 import { lastOf, distance } from "./map/strokes";
 import type { Point } from "./map/view";
-import type { PlaceInfo } from "./messages";
 
 export interface Turn {
   readonly side: "left" | "right";
@@ -34,13 +32,6 @@ export function nextTurn(points: readonly Point[], left: number): Turn | null {
   }
   if (!best) return null;
   return { side: best.by > 0 ? "left" : "right", after: best.k * STEP, at: line[best.k]! };
-}
-
-/** The next area that the route ahead enters, as a room, and the way to it, m; null: none. */
-export function nextArea(points: readonly Point[], left: number, places: readonly PlaceInfo[]): { name: string; after: number } | null {
-  const names = evenly(lastOf(points, left), STEP).map((at) => placeAround(places, at));
-  const k = names.findIndex((name) => name !== "" && name !== names[0]);
-  return k < 0 ? null : { name: names[k]!, after: k * STEP };
 }
 
 /** True if a chair of that heading, rad, has its back to the way that is left. */

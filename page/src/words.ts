@@ -211,18 +211,14 @@ function others(differences: readonly RouteDifference[]): string[] {
 }
 
 /** What a passenger is told next. */
-export function turnWords(turn: Turn | null, left: number, name: string, area: { name: string; after: number } | null = null): string {
-  if (area && (!turn || area.after < turn.after - NEXT_TO)) return t("turn.into", { n: roundly(area.after), name: area.name });
+export function turnWords(turn: Turn | null, left: number, name: string): string {
   if (!turn) return left < 3 ? t("turn.arriving") : t("turn.straight", { n: roundly(left) });
   const side = turn.side === "left" ? "turn.left" : "turn.right";
   if (turn.after < 2) return t(`${side}.now`);
-  const n = roundly(turn.after);
-  if (area && area.after < turn.after + NEXT_TO) return t(`${side}.into`, { n, name: area.name });
-  return name ? t(`${side}.at`, { n, name }) : t(side, { n });
+  return name
+    ? t(`${side}.at`, { n: roundly(turn.after), name })
+    : t(side, { n: roundly(turn.after) });
 }
-
-/** So near to a turn an area begins with it, m (assumed). */
-const NEXT_TO = 2;
 
 /** A length to come: to the metre, from 10 m on to five. */
 function roundly(length: number): string {

@@ -56,10 +56,10 @@ def test_maps_beyond_all_measure(refused, room, another_map, changes, says):
     assert says in refused("plan", another_map(**changes), *ENDS)
 
 
-def test_a_folder_is_no_map_and_no_scenario(refused, tmp_path):
+def test_a_folder_is_no_building_and_no_scenario(refused, tmp_path):
     (tmp_path / "x.yaml").mkdir()
     for arguments in (("plan", tmp_path), ("plan", tmp_path / "x.yaml")):
-        assert "is a folder" in refused(*arguments, *ENDS)
+        assert "no storey" in refused(*arguments, *ENDS)
     assert "is a folder" in refused("run", tmp_path / "x.yaml")
 
 

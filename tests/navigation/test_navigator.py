@@ -215,6 +215,7 @@ NOT_TO_PLAN = [
         Reason.OUTSIDE_MAP,
     ),
     (errors.NoPath(start=(0.0, 0.0), goal=(1.0, 1.0), needed=0.3), Reason.NO_PATH),
+    (errors.NoRoute(start="Foyer", goal="Ward 3", needed=0.7), Reason.PLANNING),
     (errors.GoalBlocked(**HERE, because="a keepout zone"), Reason.KEEPOUT),
     (errors.TooManyWishes(layers=64, most=32), Reason.TOO_MANY_WISHES),
     (errors.InvalidProblem("the clearance is nan"), Reason.INVALID_PROBLEM),
