@@ -58,7 +58,7 @@ def test_help_lists_every_benchmark(cohelm):
 
 @pytest.mark.parametrize("name", BENCHES)
 def test_every_benchmark_is_one(name, request):
-    if name in {"barn", "crowdnav", "crowds", "lost"}:
+    if name in {"barn", "crowdnav", "crowds", "lost", "socnav1"}:
         request.getfixturevalue("data")
     module, _, function = BENCHES[name][0].partition(":")
     found = getattr(importlib.import_module(module), function or "create")()
@@ -71,7 +71,7 @@ def test_every_benchmark_is_one(name, request):
     assert callable(found.report)
 
 
-@pytest.mark.parametrize("name", sorted(set(BENCHES) - {"lost", "simulation"}))
+@pytest.mark.parametrize("name", sorted(set(BENCHES) - {"lost", "simulation", "socnav1"}))
 def test_a_setting_that_does_not_exist_is_refused_in_one_line(cohelm, name, tmp_path):
     code, out, err = cohelm("bench", name, "--set", "nonsense.of.all=1", "--out", tmp_path)
     assert (code, out, len(err.splitlines())) == (2, "", 1)

@@ -1,4 +1,5 @@
 import json
+import math
 import re
 import subprocess
 import sys
@@ -136,7 +137,7 @@ def test_nothing_that_lies_somewhere_is_brought_to_another_map(tmp_path):
     assert (scenario.rider_goal, scenario.rider_route, scenario.companion) == (None, (), None)
 
 
-def test_out_writes_three_files(cohelm, tmp_path):
+def test_out_writes_a_folder_of_files(cohelm, tmp_path):
     folder = tmp_path / "ride"
     code, _, _ = cohelm(*SHORT, "--out", folder, "-q")
     assert code == 1
@@ -146,6 +147,13 @@ def test_out_writes_three_files(cohelm, tmp_path):
     assert first.startswith("0,2,7,0")
     assert len(rest) == 30  # 1.5 s at 20 Hz
     assert (folder / "ride.png").stat().st_size > 10_000
+    steps = json.loads((folder / "socnav3.json").read_text())["sequence"]
+    assert [each["timestamp"] for each in steps[:3]] == pytest.approx([0.0, 0.1, 0.2])
+    track = [float(each) for each in rest[-1].split(",")[1:4]]
+    robot, half = steps[-1]["robot"], steps[-1]["robot"]["shape"]["length"] / 2.0
+    ahead = math.hypot(robot["x"] - track[0], robot["y"] - track[1])
+    assert robot["angle"] == pytest.approx(track[2], abs=1e-5)
+    assert 0.0 < ahead < half  # the middle of the chair lies before its drive axle
 
 
 def test_plan_says_what_a_wish_costs(cohelm, room, tmp_path):

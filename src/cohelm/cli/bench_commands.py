@@ -100,6 +100,10 @@ BENCHES = {
         "cohelm.benchmarks.simulation",
         "Simulated people compared with RVO2; computing time of crowds and 3-D sensors.",
     ),
+    "socnav1": (
+        "cohelm.benchmarks.external.socnav1",
+        "Measures of the distance to people beside ratings of people (SocNav1).",
+    ),
     "solver": (
         "cohelm.benchmarks.solver.bench",
         "Solver of ss_mpc_dcbf compared with IPOPT: time, optima and failures.",

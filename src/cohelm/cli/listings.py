@@ -70,6 +70,11 @@ DATA_SETS = (
         (("vita-epfl/CrowdNav", "MIT"),),
     ),
     DataSet(
+        "socnav1",
+        "ratings of the place of a robot among people",
+        (("ljmanso/SocNav1", "CC BY 4.0"),),
+    ),
+    DataSet(
         "barn", "300 cluttered worlds with reference paths", (("Daffan/the-barn-challenge", "MIT"),)
     ),
 )

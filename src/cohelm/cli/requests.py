@@ -68,7 +68,8 @@ class RunRequest:
     seed: Seed = None
     settings: ScenarioSettings = ()
     out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Write ride.json, ride.png, track.csv, socnav3.json."),
     ] = None
     json: Json = False
     all: Annotated[bool, typer.Option("--all", help="Print every measure.")] = False

@@ -169,7 +169,10 @@ def _draw(ride: Ride, report: Mapping[str, Any], title: str, request: RunRequest
 
 
 def _write_folder(ride: Ride, report: Mapping[str, Any], folder: Path) -> None:
-    """Write ride.json and track.csv."""
+    """Write ride.json, track.csv and socnav3.json."""
+    from cohelm.evaluation.report.socnav3 import trajectory
+
+    (folder / "socnav3.json").write_text(as_json(trajectory(ride)) + "\n", encoding="utf-8")
     (folder / "ride.json").write_text(as_json(report, indent=2) + "\n", encoding="utf-8")
     columns = {
         "time": ride.time,

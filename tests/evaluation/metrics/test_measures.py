@@ -11,8 +11,8 @@ from cohelm.evaluation.episode.counterfactual import (
     counterfactual,
     simulate_without_robot,
 )
-from cohelm.evaluation.metrics import MEASURES, measure_info, measure_table, path_error, people
-from cohelm.evaluation.metrics.people import group_depth
+from cohelm.evaluation.metrics import MEASURES, measure_info, measure_table, path_error
+from cohelm.evaluation.metrics.people import group_depth, person_depth
 from cohelm.messages import Path as Route
 from cohelm.messages import WishReport
 from cohelm.scenarios import load_scenario
@@ -214,11 +214,11 @@ def test_a_group_of_one_place_is_as_deep_as_a_person(made_ride):
     """The hull of the contours of people at one place with one heading is each one's contour."""
     person = np.array([1.0, 0.3, 0.8, 0.0])
     ride = made_ride(along_x(-2, 0, 0.9, 2, 4), people=np.tile(person, (5, 2, 1)))
-    alone = people._gaussian(ride).max(axis=1)
-    assert group_depth(ride, np.array([True, True])) == pytest.approx(alone, abs=2e-3)
+    them = (ride.pose[:, :2], ride.people, ride.people_heading)
+    assert group_depth(*them) == pytest.approx(person_depth(*them).max(axis=1), abs=2e-3)
 
 
-def test_between_two_who_talk_is_inside_their_space(made_ride):
+def test_between_two_who_talk_is_inside_their_space():
     """Both stand 2 m apart: σ_h = 0.5 m ahead, so that either's depth half way is e⁻².
 
     Across the line between them both reach s σ_s √2 = s √2/3 m: half way the depth is 1, and y
@@ -227,18 +227,17 @@ def test_between_two_who_talk_is_inside_their_space(made_ride):
     facing = np.zeros((3, 2, 4))
     facing[:, :, 0] = -1.0, 1.0
     heading = np.tile([0.0, np.pi], (3, 1))
-    pose = np.array([[0.0, 0.0, 0.0], [0.0, 0.5, 0.0], [0.0, 9.0, 0.0]])
-    ride = made_ride(pose, people=facing, people_heading=heading)
-    depth = group_depth(ride, np.array([True, True]))
+    at = np.array([[0.0, 0.0], [0.0, 0.5], [0.0, 9.0]])
+    depth = group_depth(at, facing, heading)
     assert depth[:2] == pytest.approx([1.0, np.exp(-4.5 * 0.25)])
     assert depth[2] < 1e-12
-    assert (depth >= people._gaussian(ride).max(axis=1)).all()
+    assert (depth >= person_depth(at, facing, heading).max(axis=1)).all()
 
 
 def test_a_group_of_whom_one_is_there_is_none(made_ride):
     one = np.zeros((2, 2, 4))
     one[:, 1] = np.nan
-    assert group_depth(made_ride(along_x(0, 1), people=one), np.array([True, True])).max() == 0.0
+    assert group_depth(np.zeros((2, 2)), one, np.zeros((2, 2))).max() == 0.0
     values = measure(made_ride(along_x(0, 1), people=one))
     assert math.isnan(values["group_space_intrusion"])  # nobody said that there are groups
     assert math.isnan(values["pedestrian_delay"])

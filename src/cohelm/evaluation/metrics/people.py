@@ -59,12 +59,12 @@ def proxemics(ride: Ride, lower: float, upper: float) -> float:
 
 def social_space_intrusion(ride: Ride) -> float:
     """∫ max over people of their Gaussian at the centre of the drive axle dt, s."""
-    return float(_gaussian(ride).max(axis=1, initial=0.0).sum() * ride.step)
+    return float(_deepest_person(ride).sum() * ride.step)
 
 
 def social_space_intrusion_share(ride: Ride) -> float:
     """Share of time in which a person's Gaussian at the drive axle exceeds one half."""
-    return float((_gaussian(ride).max(axis=1, initial=0.0) > INTRUSION_LEVEL).mean())
+    return float((_deepest_person(ride) > INTRUSION_LEVEL).mean())
 
 
 def group_space_intrusion(ride: Ride) -> float:
@@ -155,40 +155,64 @@ def pedestrian_delay(ride: Ride, without: Counterfactual | None) -> float:
     return float(np.mean(delays)) if delays else float("nan")
 
 
-def widths(ride: Ride) -> tuple[Floats, Floats, Floats]:
-    """(σ_h, σ_s, σ_r) of each person's Gaussian, each (k, n), m."""
-    return gaussian_deviations(np.hypot(ride.people[..., 2], ride.people[..., 3]))
+def person_depth(at: Floats, people: Floats, heading: Floats) -> Floats:
+    """Each person's asymmetric Gaussian at a place, (k, n), 0…1; Xu et al., eq. (5).
+
+    exp(−d² (cos²δ/2σ² + sin²δ/2σ_s²)), σ_h = max(1/2, 2|v|), σ_s = 2σ_h/3, σ_r = σ_h/2.
+
+    Args:
+        at: (k, 2) m.
+        people: (k, n, 4) x, y, m, and velocity, m/s; NaN: an absent person, whose depth is 0.
+        heading: (k, n) rad.
+    """
+    delta = at[:, None] - people[..., :2]
+    cos, sin = np.cos(heading), np.sin(heading)
+    ahead = cos * delta[..., 0] + sin * delta[..., 1]
+    aside = cos * delta[..., 1] - sin * delta[..., 0]
+    front, side, rear = _widths(people)
+    along = np.where(ahead > 0.0, front, rear)
+    exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * side**2)
+    return np.nan_to_num(np.exp(-exponent))
 
 
-def group_depth(ride: Ride, members: Booleans) -> Floats:
-    """Depth of the drive axle in the space of a group with some members (n,), (k,), 0…1.
+def group_depth(at: Floats, people: Floats, heading: Floats) -> Floats:
+    """Depth of a place in the space of a group of n people, (k,), 0…1.
 
     The depth is the largest g for which the convex hull of the members' Gaussian contours at g
-    contains the centre of the axle; for one person it is the Gaussian itself. The contour at g is
-    the contour at 1/e scaled by s = √(ln 1/g). Therefore s is the maximum over directions u of the
-    minimum over members of (r − p)·u / h(u), with h the extent of the contour at 1/e along u.
+    contains the place; for one person it is the Gaussian itself. The contour at g is the contour
+    at 1/e scaled by s = √(ln 1/g). Therefore s is the maximum over directions u of the minimum over
+    members of (r − p)·u / h(u), with h the extent of the contour at 1/e along u.
 
-    It is 0 while fewer than two members are present.
+    It is 0 while fewer than two members are present. Arguments: see :func:`person_depth`.
     """
-    there = np.isfinite(ride.people[:, members, 0])
-    at = np.flatnonzero(there.sum(axis=1) > 1)
-    depth = np.zeros(len(ride.people))
-    if not len(at):
+    there = np.isfinite(people[..., 0])
+    now = np.flatnonzero(there.sum(axis=1) > 1)
+    depth = np.zeros(len(people))
+    if not len(now):
         return depth
     angle = np.linspace(0.0, 2.0 * np.pi, DIRECTIONS, endpoint=False)
-    delta = ride.pose[at, None, :2] - ride.people[at][:, members, :2]
+    delta = at[now, None] - people[now, :, :2]
     along = delta[..., :1] * np.cos(angle) + delta[..., 1:] * np.sin(angle)
-    share = along / _extent(ride, members, angle)[at]
-    least = np.where(there[at][..., None], share, np.inf).min(axis=1)
-    depth[at] = np.exp(-(least.max(axis=1).clip(min=0.0) ** 2))
+    share = along / _extent(people[now], heading[now], angle)
+    least = np.where(there[now][..., None], share, np.inf).min(axis=1)
+    depth[now] = np.exp(-(least.max(axis=1).clip(min=0.0) ** 2))
     return depth
+
+
+def _deepest_person(ride: Ride) -> Floats:
+    """Largest depth in any personal space, (k,), 0…1."""
+    depth = person_depth(ride.pose[:, :2], ride.people, ride.people_heading)
+    deepest: Floats = depth.max(axis=1, initial=0.0)
+    return deepest
 
 
 def _deepest(ride: Ride) -> Floats | None:
     """Largest depth in any group space, (k,), 0…1; None without groups."""
     depth = None
     for members in _groups(ride):
-        here = group_depth(ride, members)
+        here = group_depth(
+            ride.pose[:, :2], ride.people[:, members], ride.people_heading[:, members]
+        )
         depth = here if depth is None else np.maximum(depth, here)
     return depth
 
@@ -204,28 +228,18 @@ def _groups(ride: Ride) -> Iterator[Booleans]:
             yield members
 
 
-def _extent(ride: Ride, members: Booleans, angle: Floats) -> Floats:
-    """Extent of the contours at 1/e in directions (u,), (k, m, u), m."""
-    front, side, rear = (each[:, members, None] for each in widths(ride))
-    cos = np.cos(angle - ride.people_heading[:, members, None])
+def _widths(people: Floats) -> tuple[Floats, Floats, Floats]:
+    """(σ_h, σ_s, σ_r) of each person's Gaussian, each (k, n), m."""
+    return gaussian_deviations(np.hypot(people[..., 2], people[..., 3]))
+
+
+def _extent(people: Floats, heading: Floats, angle: Floats) -> Floats:
+    """Extent of the contours at 1/e in directions (u,), (k, n, u), m."""
+    front, side, rear = (each[..., None] for each in _widths(people))
+    cos = np.cos(angle - heading[..., None])
     along = np.where(cos > 0.0, front, rear)
     extent: Floats = np.sqrt(2.0 * ((along * cos) ** 2 + side**2 * (1.0 - cos**2)))
     return extent
-
-
-def _gaussian(ride: Ride) -> Floats:
-    """Each person's asymmetric Gaussian at the drive axle, (k, n), 0…1; Xu et al., eq. (5).
-
-    exp(−d² (cos²δ/2σ² + sin²δ/2σ_s²)), σ_h = max(1/2, 2|v|), σ_s = 2σ_h/3, σ_r = σ_h/2.
-    """
-    delta = ride.pose[:, None, :2] - ride.people[:, :, :2]
-    cos, sin = np.cos(ride.people_heading), np.sin(ride.people_heading)
-    ahead = cos * delta[..., 0] + sin * delta[..., 1]
-    aside = cos * delta[..., 1] - sin * delta[..., 0]
-    front, side, rear = widths(ride)
-    along = np.where(ahead > 0.0, front, rear)
-    exponent = ahead**2 / (2.0 * along**2) + aside**2 / (2.0 * side**2)
-    return np.nan_to_num(np.exp(-exponent))  # NaN: an absent person
 
 
 def _contact_time(offset: Floats, velocity: Floats, touch: Floats) -> Floats:
