@@ -28,7 +28,7 @@ def test_rooms_doors_and_widths_are_those_of_the_model(tmp_path, schema, unit, t
     author, _ = two_rooms(schema=schema, unit=unit, turned=turned, at=(20.0, -5.0, 0.0))
     storey = the_storey(author, tmp_path)
     assert storey.elevation == pytest.approx(0.0, abs=1e-6)
-    assert room_names(storey.rooms) == ("Office", "Ward 3")
+    assert [*room_names(storey.rooms).values()] == ["Office", "Ward 3"]
     assert [room.number for room in storey.rooms] == ["101", "102"]
     assert [room.area for room in storey.rooms] == pytest.approx([12.0, 9.0], rel=0.01)
     office, ward = (room.id for room in storey.rooms)

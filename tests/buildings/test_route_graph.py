@@ -8,7 +8,7 @@ import networkx as nx
 import numpy as np
 import pytest
 from scipy import ndimage
-from tests.buildings.authored import two_rooms, ward_block
+from tests.buildings.authored import lift_tower, two_rooms, ward_block
 
 from cohelm import plugins
 from cohelm.buildings import (
@@ -19,6 +19,7 @@ from cohelm.buildings import (
     route_graph,
 )
 from cohelm.errors import ConfigError, NoRoute, PlanningError
+from cohelm.geometry import resample
 from cohelm.maps import signed_distance
 from cohelm.planning import RouteProblem
 from cohelm.robots import load_robot
@@ -85,15 +86,15 @@ def test_places_that_nothing_joins_are_said_so(tmp_path):
         between(graph, "Office", "Attic")
 
 
-def test_wishes_change_the_route_and_say_what_they_cost(block):
+def test_wishes_change_the_route(block):
     (foyer,) = block.rooms("Foyer")
     (corridor,) = block.rooms("South Corridor")
-    plain = between(block, "Store", "Lift A @ 1")
-    assert plain.wishes == {}
-    wishes = RouteWishes(narrow_price=5.0)
-    wide = between(block, "Store", "Lift A @ 1", wishes=wishes)
-    assert wide.shortest == pytest.approx(plain.length)
-    assert wide.wishes["wide"] == pytest.approx(wide.length - plain.length)
+    wishes = RouteWishes(avoid={foyer}, ramp_price=30.0).each_without()
+    assert wishes.keys() == {"avoid", "level"}
+    assert (wishes["avoid"].avoid, wishes["avoid"].ramp_price) == (frozenset(), 30.0)
+    assert doors(between(block, "Store", "Lift A @ 1")) == ["B0"]
+    wide = between(block, "Store", "Lift A @ 1", wishes=RouteWishes(narrow_price=20.0))
+    assert doors(wide) == ["C0", "A0"]
     around = between(block, "Store", "Lift A @ 1", wishes=RouteWishes(avoid={foyer}), width=0.5)
     assert doors(around) == ["B0"]
     passed = between(block, "Store", "Lift A @ 1", wishes=RouteWishes(avoid={foyer}), width=0.7)
@@ -110,7 +111,6 @@ def test_a_ramp_is_avoided_on_wish(tmp_path):
     assert doors(between(graph, "Foyer", "Store")) == ["C0"]
     level = between(graph, "Foyer", "Store", wishes=RouteWishes(ramp_price=30.0))
     assert doors(level) == ["A0", "B0"]
-    assert level.wishes["level"] == pytest.approx(level.length - level.shortest)
 
 
 def test_places_have_names_and_numbers(block):
@@ -139,6 +139,15 @@ def test_edges_end_at_their_nodes_and_are_as_long_as_their_points(block):
             corners = np.linalg.norm(np.diff(edge.points, axis=0), axis=1).sum()
             assert corners <= edge.length + 1e-9
             assert corners >= 0.9 * edge.length - 0.1
+
+
+def test_ways_within_rooms_keep_away_from_walls(block):
+    for one, other in block.graph.edges:
+        edge = block.edge(one, other)
+        if edge.kind == "walk" and edge.clear_width > 0.9:
+            grid = block.storey(block.nodes[one].storey).grid
+            cells = grid.cells(resample(edge.points, 0.05))
+            assert signed_distance(grid.blocked(), grid.resolution)[tuple(cells.T)].min() > 0.3
 
 
 def test_a_door_is_as_wide_as_on_the_map(tmp_path):
@@ -216,6 +225,38 @@ def test_a_lift_that_is_a_room_is_not_driven_through(tmp_path):
     graph = graph_of(author, tmp_path)
     assert {node.kind for node in graph.nodes if node.name == "Lift"} == {"lift"}
     assert doors(between(graph, "Foyer", "Ward 3", width=0.7)) == ["A0", "A1"]
+
+
+def test_the_waiting_place_is_in_front_of_the_door_of_the_lift(block):
+    for number in (1, 2):
+        (node,) = (n for n in block.nodes if n.kind == "lift" and n.storey == number)
+        assert 12.5 < node.point[0] < 13.5  # the door L0 or L1, at y = 6
+        assert 4.8 < node.point[1] < 5.6
+
+
+@pytest.mark.parametrize(("depth", "waits"), [(0.3, False), (1.0, True)])
+def test_a_lift_with_no_room_in_front_of_its_door_has_no_waiting_place(tmp_path, depth, waits):
+    author = ward_block()
+    author.box(
+        "IfcWall", (11.5, 6 - depth - 0.1, 0), (15.8, 6 - depth, 2.5), storey=author.storeys[0]
+    )
+    graph = graph_of(author, tmp_path)
+    points = [node.point for node in graph.nodes if node.kind == "lift" and node.storey == 1]
+    assert [bool(12.5 < x < 13.5 and y > 6 - depth) for x, y in points] == [True] * waits
+    said = [n for n in graph.notes if "no waiting place in front of 'Lift A' on Level 1" in n]
+    assert bool(said) != waits
+    if not waits:
+        with pytest.raises(NoRoute, match="to Ward 3 @ Level 2: no waiting place in front of 'Li"):
+            between(graph, "Foyer", "Ward 3")
+
+
+def test_the_waiting_place_lies_beyond_a_strip_of_floor_without_a_room(tmp_path):
+    graph = graph_of(lift_tower(rooms=(("1", "Hall"), ("2", "Office"), ("3", "Ward"))), tmp_path)
+    points = [node.point for node in graph.nodes if node.kind == "lift"]
+    assert len(points) == 3
+    for x, y in points:  # the door is from x = 4.5 to 5.5, at y = 2; the room begins at y = 2.2
+        assert 4.5 < x < 5.5
+        assert 2.6 < y < 3.5
 
 
 def test_floor_in_no_room_is_a_part_of_the_way(tmp_path):

@@ -27,7 +27,8 @@ def test_files_are_those_that_plan_reads(model, tmp_path, capsys):
     assert "0.90" in said
     assert sorted(file.name for file in out.iterdir()) == [
         "ground-floor.pgm", "ground-floor.places.yaml", "ground-floor.png",
-        "ground-floor.route.geojson", "ground-floor.storey.json", "ground-floor.yaml",
+        "ground-floor.route.geojson", "ground-floor.speed.pgm", "ground-floor.speed.yaml",
+        "ground-floor.storey.json", "ground-floor.yaml",
     ]  # fmt: skip
     floor = out / "ground-floor.yaml"
     assert np.array(Image.open(out / "ground-floor.png")).std() > 10.0

@@ -1,6 +1,7 @@
 """``cohelm plan`` in a building: routes over storeys, directions, wishes, errors."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -49,7 +50,7 @@ def test_a_route_to_another_storey_has_two_legs_and_directions(floors, plan, tmp
         "Turn right and go along South Corridor for 11 m.", "Take the lift to Level 2.",
         "Turn right and go along North Corridor for 11 m.",
     ]  # fmt: skip
-    assert report["graph"]["wishes"]["avoid"] > 0.0
+    assert report["wishes"].keys() == {"avoid"}
     for file in report["written"]:
         assert np.array(Image.open(file)).std() > 10.0
     # Paths go through the doors of the directions: A0 from x = 2 to 3, at y = 3.9.
@@ -65,6 +66,34 @@ def test_the_path_follows_the_directions_where_another_door_is_as_near(floors, p
     rooms = [step["room"] for step in report["directions"] if step["kind"] == "door"]
     points = np.array(report["legs"][0]["points"])
     assert ("Store" in rooms) == bool(points[points[:, 1] < 3.8][:, 0].max() > 5.0)
+
+
+def test_the_price_of_a_wish_is_the_difference_of_the_driven_paths(tmp_path, plan, capsys):
+    model = ward_block(narrow=1.0).write(tmp_path / "model.ifc")
+    assert status(["building", str(model), "--out", str(tmp_path / "floors")]) == 0
+    capsys.readouterr()
+    ends = tmp_path / "floors", "Store", "Lift A @ 1", "--json"
+    plain, avoiding = (json.loads(plan(*ends, *o)[1]) for o in ((), ("--avoid", "South Corridor")))
+    assert plain["wishes"] == {}
+    price = avoiding["length"] - plain["length"]
+    assert avoiding["wishes"] == {"avoid": pytest.approx(price)}
+    wide = json.loads(plan(*ends, "--prefer", "wide")[1])
+    assert wide["wishes"] == {"wide": pytest.approx(wide["length"] - plain["length"])}
+
+
+def test_places_added_to_the_file_of_a_storey_are_destinations(floors, plan, tmp_path):
+    folder = shutil.copytree(floors, tmp_path / "floors")
+    with (folder / "level-2.places.yaml").open("a", encoding="utf-8") as file:
+        file.write("Printer: {point: [14.0, 4.5], names: {de: Drucker}}\nPipe: [5.0, 3.9]\n")
+    code, said = plan(folder, "Foyer", "Printer")
+    assert code == 0
+    assert "You are at Printer." in said
+    assert "'Pipe' on Level 2 lies on no free floor" in said
+    code, said = plan(folder, "drucker @ 2", "Ward 3", "--json")
+    assert json.loads(said)["legs"][0]["points"][0] == pytest.approx([14.0, 4.5], abs=0.01)
+    code, said = plan(folder, "Foyer", "Pipe")
+    assert code == 2
+    assert "'Pipe' on Level 2 lies on no free floor" in said
 
 
 def test_places_go_by_number_and_storey(floors, plan):

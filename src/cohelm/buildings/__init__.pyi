@@ -1,19 +1,19 @@
 from .accessibility import AccessBarrier, AccessReport, RoomAccess, accessibility
-from .building import read_building
 from .directions import Direction, directions
 from .free_space import Partition, partition
 from .graph_files import Nav2Graph, read_nav2_graph, write_nav2_graph, write_route_graph
 from .lifts import Lift, LiftLanding, lifts_of
-from .route_graph import (
-    BuildingRoute,
-    RouteEdge,
-    RouteGraph,
-    RouteNode,
-    RouteWishes,
-    route_graph,
-)
+from .route_graph import BuildingRoute, RouteEdge, RouteGraph, RouteNode, RouteWishes, route_graph
 from .storey import BuildingStorey, Door, Room, StoreyLink, polygon_cells
-from .storey_files import read_storeys, room_names, room_places, storey_record, write_storey
+from .storey_files import (
+    door_sides,
+    read_building,
+    read_storeys,
+    room_names,
+    room_places,
+    storey_record,
+    write_storey,
+)
 
 __all__ = [
     "AccessBarrier",
@@ -35,6 +35,7 @@ __all__ = [
     "StoreyLink",
     "accessibility",
     "directions",
+    "door_sides",
     "lifts_of",
     "partition",
     "polygon_cells",

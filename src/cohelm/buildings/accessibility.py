@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import itertools
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -15,12 +17,13 @@ from cohelm.buildings.chair_floor import (
     RoomResult,
     is_entrance,
     needed_width,
+    outward,
 )
 from cohelm.buildings.entrances import AccessEntrance, door_labels, find_entrances
 from cohelm.buildings.lifts import Lift, LiftLanding, lifts_of, open_front
 from cohelm.buildings.norms import MeasuredValue, NormCheck, check_norms
 from cohelm.buildings.storey import BuildingStorey, Door, Room
-from cohelm.buildings.storey_files import room_names
+from cohelm.buildings.storey_files import door_sides, room_names
 from cohelm.errors import ConfigError
 from cohelm.geometry import arc_length, distance_to_polygon, nearest_on_polyline, resample
 from cohelm.maps import distance_field
@@ -132,25 +135,19 @@ def accessibility(
     notes = [f"{s.name}: no rooms or no free floor; left out" for s in storeys if s not in mapped]
     lifts = lifts_of(storeys, notes)
     survey = _Survey(mapped, robot, lifts)
-    chosen = find_entrances(mapped, survey.inside(mapped), entrance, notes)
+    chosen = find_entrances(mapped, survey.inside(), entrance, notes)
     notes += [f"the chair does not fit at {name}: no entrance" for name in survey.run(chosen)]
     rooms = [access for storey in mapped for access in survey.rooms_of(storey)]
     barriers = survey.barriers(rooms)
     numbers = {each.fault[:3]: each.number for each in barriers}
-    numbered = tuple(
-        replace(
-            access,
-            barriers=tuple(
-                tuple(sorted(numbers[fault[:3]] for fault in faults))
-                for faults in survey.results[access.storey][access.room.id].sets
-            ),
-        )
-        for access in rooms
-    )
+    for i, access in enumerate(rooms):
+        sets = survey.results[access.storey][access.room.id].sets
+        numbered = (tuple(sorted(numbers[fault[:3]] for fault in faults)) for faults in sets)
+        rooms[i] = replace(access, barriers=tuple(numbered))
     size = np.ptp(robot.outline, axis=0).tolist()
     return AccessReport(
         chair=robot.name, footprint=(size[0], size[1]), turning=2.0 * robot.circumscribed_radius,
-        entrances=chosen, rooms=numbered, barriers=barriers, norms=survey.norms(numbered),
+        entrances=chosen, rooms=tuple(rooms), barriers=barriers, norms=survey.norms(rooms),
         notes=tuple(notes),
     )  # fmt: skip
 
@@ -162,26 +159,26 @@ class _Survey:
         self, storeys: Sequence[BuildingStorey], robot: Robot, lifts: tuple[Lift, ...]
     ) -> None:
         self._storeys = {storey.number: storey for storey in storeys}
-        self._robot, self._lifts = robot, lifts
+        self._robot, self._lifts, self._needed = robot, lifts, needed_width(robot)
+        self._landings = [(lift, each) for lift in lifts for each in lift.landings]
         self._labels = door_labels(storeys)
-        self._names = {s.number: room_names(s.rooms) for s in storeys}
+        self._names = {storey.number: room_names(storey.rooms) for storey in storeys}
         self._floors: dict[int, ChairFloor] = {}
         self._arrived: dict[tuple[int, str], int] = {}
         """Least number of faults of the arrivals surveyed, by storey and lift."""
         self.results: dict[int, dict[str, RoomResult]] = {}
 
-    def inside(self, storeys: Iterable[BuildingStorey]) -> frozenset[str]:
+    def inside(self) -> frozenset[str]:
         """Ids of doors that do not lead outside, though they join one room: those of lifts."""
-        landings = [each for lift in self._lifts for each in lift.landings]
-        beside = {door for each in landings for door in each.doors}
+        storeys = self._storeys.values()
         shafts = [link.polygon for s in storeys for link in s.links if link.kind == "lift"]
-        beside |= {
+        beside = (
             door.id
             for storey in storeys
             for door in storey.doors
             if any(distance_to_polygon(each, *door.point) < _AT_DOOR for each in shafts)
-        }
-        return frozenset(beside)
+        )
+        return frozenset([*beside, *(door for _, each in self._landings for door in each.doors)])
 
     def run(self, entrances: Sequence[AccessEntrance]) -> list[str]:
         """Survey all storeys, from the entrances up and down; returns entrances left out.
@@ -190,28 +187,27 @@ class _Survey:
             ConfigError: if the chair fits at no entrance.
         """
         planner = plugins.build("global_planners", "soft_via", key="--report")
-        doors = {door.id: door for s in self._storeys.values() for door in s.doors}
+        doors = {(n, door.id): door for n, s in self._storeys.items() for door in s.doors}
         for number, storey in self._storeys.items():
-            here = [doors[e.door] for e in entrances if e.door and e.storey == number]
+            here = [doors[number, e.door] for e in entrances if e.door and e.storey == number]
             outside = [door for door in here if is_entrance(door)]
             self._floors[number] = ChairFloor(storey, self._robot, planner, outside)
-        for lift, landing in self._landings():
+        for lift, landing in self._landings:
             if landing.storey in self._floors:
                 floor = self._floors[landing.storey]
                 floor.rooms[f"lift {lift.name}"] = _front(floor, landing)
         arrivals: dict[int, list[AccessSource]] = {}
         left_out: list[str] = []
         for entrance in entrances:
-            floor = self._floors[entrance.storey]
-            point = entrance.point
+            floor, point = self._floors[entrance.storey], entrance.point
             if point is None:
-                point = floor.outside_point(doors[entrance.door])
-            if not floor.fits(point):
-                left_out.append(entrance.name)
+                door = doors[entrance.storey, entrance.door]
+                point = floor.before(door, outward(door, floor.storey))
+            if floor.check(point).fits:
+                source = AccessSource(name=entrance.name, point=point)
+                arrivals.setdefault(entrance.storey, []).append(source)
             else:
-                arrivals.setdefault(entrance.storey, []).append(
-                    AccessSource(name=entrance.name, point=point)
-                )
+                left_out.append(entrance.name)
         if not arrivals:
             raise ConfigError(f"the chair does not fit at {entrances[0].name}", key="--entrance")
         while arrivals or len(self.results) < len(self._storeys):
@@ -224,7 +220,7 @@ class _Survey:
             arrivals[number] = [each for each in arrivals[number] if len(each.faults) > least]
             before = self.results.get(number, {})
             self.results[number] = {
-                room: _better(before.get(room), self._behind(sources, result))
+                room: _better(before.get(room), _behind(sources, result))
                 for room, result in self._floors[number].survey(sources, before).items()
             }
             self._arrived |= {(number, each.via[-1]): least for each in sources if each.via}
@@ -236,21 +232,21 @@ class _Survey:
 
     def rooms_of(self, storey: BuildingStorey) -> list[RoomAccess]:
         """Answers for the rooms of a storey; the barriers are still empty."""
-        floor, results = self._floors[storey.number], self.results[storey.number]
-        answers = []
-        for room, name in zip(storey.rooms, self._names[storey.number], strict=True):
-            result, turning = results[room.id], floor.clear_of(room.id)
+        floor, answers = self._floors[storey.number], []
+        for room in storey.rooms:
+            result, turning = self.results[storey.number][room.id], floor.clear_of(room.id)
             legs: list[tuple[int, Floats]] = []
+            entrance = ""
             if result.path is not None and result.source is not None:
                 legs = [*result.source.legs, (storey.number, result.path)]
+                entrance = ", ".join([result.source.name, *result.source.via])
             tight = [self._tightest(*leg) for leg in legs]
+            length = float(sum(arc_length(points)[-1] for _, points in legs))
             answers.append(
                 RoomAccess(
-                    storey=storey.number, room=room, name=name, path=result.path,
-                    length=_length(legs) if legs else np.nan,
-                    entrance=", ".join([result.source.name, *result.source.via])
-                    if result.source and legs else "",
-                    tightest=min(tight, key=lambda each: each.width) if tight else None,
+                    storey=storey.number, room=room, name=self._names[storey.number][room.id],
+                    path=result.path, length=length if legs else np.nan, entrance=entrance,
+                    tightest=min(tight, key=lambda each: each.width, default=None),
                     turning=turning, turns=turning >= 2.0 * self._robot.circumscribed_radius,
                     barriers=(), remark=result.remark,
                 )
@@ -259,101 +255,67 @@ class _Survey:
 
     def barriers(self, rooms: Sequence[RoomAccess]) -> tuple[AccessBarrier, ...]:
         """Barriers of all rooms, those that open most rooms first."""
-        faults: dict[tuple[str, str, int], AccessFault] = {}
-        opens: dict[tuple[str, str, int], list[str]] = {}
-        shares: dict[tuple[str, str, int], list[str]] = {}
-        for access in rooms:
-            for faults_of in self.results[access.storey][access.room.id].sets:
-                for fault in faults_of:
-                    key = fault[:3]
-                    faults[key] = max(faults.get(key, fault), fault, key=lambda each: each.width)
-                    into = opens if len(faults_of) == 1 else shares
-                    into.setdefault(key, []).append(self._title(access.storey, access.name))
-        order = sorted(
-            faults, key=lambda key: (-len(opens.get(key, ())), -len(shares.get(key, ())), key)
+        widest: dict[tuple[str, str, int], AccessFault] = {}
+        # Rooms as keys, to name each once: those opened alone, and with others.
+        opens = defaultdict[tuple[str, str, int], tuple[dict[str, None], dict[str, None]]](
+            lambda: ({}, {})
         )
+        for access in rooms:
+            for faults in self.results[access.storey][access.room.id].sets:
+                for fault in faults:
+                    key = fault[:3]
+                    widest[key] = max(widest.get(key, fault), fault, key=lambda each: each.width)
+                    title = self._title(access.storey, access.name)
+                    opens[key][len(faults) > 1][title] = None
+        order = sorted(widest, key=lambda key: (*(-len(each) for each in opens[key]), key))
         return tuple(
             AccessBarrier(
-                number=number, fault=faults[key], place=self._place(faults[key]),
-                text=self._text(faults[key]), opens=tuple(dict.fromkeys(opens.get(key, ()))),
-                shares=tuple(dict.fromkeys(shares.get(key, ()))),
+                number=number, fault=widest[key], place=self._place(widest[key]),
+                text=self._text(widest[key]), opens=tuple(opens[key][0]),
+                shares=tuple(opens[key][1]),
             )
             for number, key in enumerate(order, 1)
         )  # fmt: skip
 
     def norms(self, rooms: Sequence[RoomAccess]) -> tuple[NormCheck, ...]:
         """Values of the building compared with the norms."""
-        doors = [
-            (storey, door)
+        found = defaultdict[str, list[MeasuredValue]](list)
+        for number, storey in self._storeys.items():
+            error = 2.0 * storey.grid.resolution
+            for door in storey.doors:
+                if door.kind != "open border":
+                    name, of_map = self._door(number, door), door.width_from == "map"
+                    width = MeasuredValue(name, door.width, error if of_map else 0.0)
+                    found["door"].append(width)
+                    depth = self._approach(storey, door)
+                    found["approach"].append(MeasuredValue(name, depth, error))
+                    if door.kind != "opening":
+                        found["threshold"].append(MeasuredValue(name, door.threshold))
+            for link in storey.links:
+                if link.kind == "ramp":
+                    ramp = f"{link.name or 'ramp'}, {storey.name}"
+                    found["ramp"].append(MeasuredValue(ramp, None))
+            for each in (each for each in rooms if each.storey == number):
+                title = self._title(number, each.name)
+                found["turning"].append(MeasuredValue(title, each.turning, error))
+        places = {each.tightest.place: each.tightest for each in rooms if each.tightest}
+        found["route"] = [
+            MeasuredValue(f"{place} on the map", tight.width, tight.error)
+            for place, tight in places.items()
+            if tight.error
+        ]
+        enters = {
+            lift.name: (lift, door)
+            for lift, landing in self._landings
             for storey in self._storeys.values()
             for door in storey.doors
-            if door.kind != "open border"
-        ]
-        landings = [
-            (lift, landing, door)
-            for lift, landing in self._landings()
-            for _, door in doors
-            if door.id in landing.doors
-        ]
-        cars: dict[str, tuple[float | None, float | None]] = {
-            lift.name: (None, None)
-            if lift.car is None
-            else (float(np.ptp(lift.car @ door.direction)), float(np.ptp(lift.car @ _normal(door))))
-            for lift, _, door in landings
+            if door.id in landing.doors and door.kind != "open border"
         }
-        cells = {s.number: 2.0 * s.grid.resolution for s in self._storeys.values()}
-        return check_norms(
-            {
-                "door": [
-                    MeasuredValue(
-                        self._door(d), d.width, cells[s.number] if d.width_from == "map" else 0.0
-                    )
-                    for s, d in doors
-                ],
-                "approach": [MeasuredValue(self._door(d), *self._approach(s, d)) for s, d in doors],
-                "threshold": [
-                    MeasuredValue(self._door(d), d.threshold)
-                    for _, d in doors
-                    if d.kind != "opening"
-                ],
-                "turning": [
-                    MeasuredValue(
-                        self._title(each.storey, each.name), each.turning, cells[each.storey]
-                    )
-                    for each in rooms
-                ],
-                "route": [
-                    MeasuredValue(f"{place} on the map", *measured)
-                    for place, measured in {
-                        each.tightest.place: (each.tightest.width, each.tightest.error)
-                        for each in rooms
-                        if each.tightest is not None and each.tightest.error
-                    }.items()
-                ],
-                "ramp": [
-                    MeasuredValue(f"{link.name or 'ramp'}, {s.name}", None)
-                    for s in self._storeys.values()
-                    for link in s.links
-                    if link.kind == "ramp"
-                ],
-                "car width": [MeasuredValue(name, wide) for name, (wide, _) in cars.items()],
-                "car depth": [MeasuredValue(name, deep) for name, (_, deep) in cars.items()],
-            }
-        )
-
-    def _landings(self) -> list[tuple[Lift, LiftLanding]]:
-        return [(lift, each) for lift in self._lifts for each in lift.landings]
-
-    def _behind(self, sources: Sequence[AccessSource], result: RoomResult) -> RoomResult:
-        """Result of a room, if the chair itself only arrives without some barriers."""
-        before = (result.source or sources[0]).faults
-        if not before:
-            return result
-        sets = tuple(before | each for each in result.sets) or (
-            (before,) if not result.remark else ()
-        )
-        remark = result.remark and f"even if the chair got to this storey: {result.remark}"
-        return RoomResult(sets=sets, remark=remark)
+        for name, (lift, door) in enters.items():
+            for key, axis in (("car width", door.direction), ("car depth", door.normal)):
+                size = None if lift.car is None else float(np.ptp(lift.car @ axis))
+                found[key].append(MeasuredValue(name, size))
+        return check_norms(found)
 
     def _is_useful(self, number: int, source: AccessSource) -> bool:
         """Check that the chair gets to that side of a storey with more faults, or not at all."""
@@ -363,160 +325,131 @@ class _Survey:
         least = min((0,) if known.path is not None else map(len, known.sets), default=np.inf)
         return len(source.faults) < min(least, self._arrived.get((number, source.via[-1]), np.inf))
 
-    def _by_lift(self, number: int) -> Iterable[tuple[int, AccessSource]]:
+    def _by_lift(self, number: int) -> Iterator[tuple[int, AccessSource]]:
         """Arrivals on other storeys by the lifts of a storey."""
         for lift in self._lifts:
             here = self.results[number].get(f"lift {lift.name}")
             if here is None or (here.path is None and not here.sets):
                 continue
+            source = here.source or AccessSource(name="", point=np.zeros(2))
+            legs = () if here.path is None else ((number, here.path),)
             enters = next(each for each in lift.landings if each.storey == number)
             for landing in lift.landings:
-                if landing.storey not in self._floors or landing.storey == number:
-                    continue
-                point = self._floors[landing.storey].place_in(f"lift {lift.name}")
-                if point is None:
+                floor = self._floors.get(landing.storey)
+                point = None if floor is None else floor.place_in(f"lift {lift.name}")
+                if point is None or landing.storey == number:
                     continue
                 faults = min(here.sets, key=len) if here.sets else frozenset()
                 if self._is_tight(lift, (enters, landing)):
                     x, y = enters.polygon.mean(axis=0).tolist()
                     faults |= {AccessFault("lift", lift.name, number, (x, y))}
-                source = here.source
-                legs = source.legs if source is not None else ()
-                if here.path is not None:
-                    legs = (*legs, (number, here.path))
                 yield landing.storey, AccessSource(
-                    name=source.name if source is not None else "", point=point, legs=legs,
-                    via=(*(source.via if source is not None else ()), f"lift {lift.name}"),
-                    faults=faults,
+                    name=source.name, point=point, legs=(*source.legs, *legs),
+                    via=(*source.via, f"lift {lift.name}"), faults=faults,
                 )  # fmt: skip
 
     def _is_tight(self, lift: Lift, landings: Iterable[LiftLanding]) -> bool:
         """Check for a door of a lift, or its car, that is too small for the chair."""
-        length, width = np.ptp(self._robot.outline, axis=0)
+        size = sorted(np.ptp(self._robot.outline, axis=0))
         for landing in landings:
             doors = [d for d in self._storeys[landing.storey].doors if d.id in landing.doors]
-            if doors and max(door.width for door in doors) < needed_width(self._robot):
+            if doors and max(door.width for door in doors) < self._needed:
                 return True
-            along = doors[0].direction if doors else np.array([1.0, 0.0])
-            across = np.array([-along[1], along[0]])
+            axes = [doors[0].direction, doors[0].normal] if doors else np.eye(2)
             # The car is no larger than the shaft, where the model has that only.
             outline = landing.polygon if lift.car is None else lift.car
-            car = np.ptp(outline @ np.stack([along, across], axis=1), axis=0)
-            if min(car) < min(length, width) or max(car) < max(length, width):
+            car = sorted(np.ptp(outline @ np.transpose(axes), axis=0))
+            if car[0] < size[0] or car[1] < size[1]:
                 return True
         return False
 
     def _by_stairs(self) -> tuple[int, list[AccessSource]]:
         """Storey next to those surveyed that has stairs at most, and places at their ends."""
-        numbers = [number for number in self._storeys if number not in self.results]
-        number = min(numbers, key=lambda n: min(abs(n - other) for other in self.results))
-        nearest = min(self.results, key=lambda other: abs(number - other))
-        floor, first = self._floors[number], min(number, nearest)
+        rest = self._storeys.keys() - self.results
+        number, nearest = min(
+            itertools.product(sorted(rest), self.results), key=lambda pair: abs(pair[0] - pair[1])
+        )
+        floor = self._floors[number]
         ends = [
             link.polygon.mean(axis=0)
-            for at in {number, first}
+            for at in {number, min(number, nearest)}
             for link in self._storeys[at].links
             if link.kind == "stairs"
         ]
         # The largest room stands in where the model has no stairs.
         largest = max(floor.storey.rooms, key=lambda room: room.area)
-        points = [floor.place_near(each) for each in ends or [largest.polygons[0].mean(axis=0)]]
-        found = [each for each in points if each is not None]
+        points = [floor.check(e).nearest for e in ends or [largest.polygons[0].mean(axis=0)]]
+        found = [np.array(each) for each in points if each is not None]
         found = found or [floor.grid.centres(np.argwhere(~floor.grid.blocked())[0])]
         x, y = found[0].tolist()
-        fault = AccessFault("stairs", f"{nearest}-{number}", number, (x, y))
-        return number, [
-            AccessSource(name="", point=each, faults=frozenset([fault])) for each in found
-        ]
+        faults = frozenset([AccessFault("stairs", f"{nearest}-{number}", number, (x, y))])
+        return number, [AccessSource(name="", point=each, faults=faults) for each in found]
 
     def _tightest(self, number: int, path: Floats) -> TightPassage:
-        floor, needed = self._floors[number], needed_width(self._robot)
-        grid, walls = floor.grid, distance_field(floor.grid).distance
-        line = resample(path, grid.resolution)
+        grid = self._floors[number].grid
+        walls = distance_field(grid).distance
+        line, points = resample(path, grid.resolution), np.ascontiguousarray(path)
         cells = grid.cells(line)
         at = int(np.argmin(walls[tuple(cells.T)]))
         ahead = line[min(at + 3, len(line) - 1)] - line[max(at - 3, 0)]
         along = float(np.arctan2(ahead[1], ahead[0]) - grid.X_MG[2])
         width = min(gap_at(walls, grid.resolution, cells[at], along, _WIDEST / 2.0)[1], _WIDEST)
-        points = np.ascontiguousarray(path)
         doors = [
             door
-            for door in floor.storey.doors
+            for door in self._storeys[number].doors
             if door.kind != "open border"
             and nearest_on_polyline(points, *door.point)[1] < door.width / 2.0
         ]
-        found = [
-            TightPassage(
-                place=self._door(door), point=door.point, width=door.width, error=0.0,
-                margin=door.width - needed,
-            )
-            for door in doors
-        ]  # fmt: skip
+        found = [(self._door(number, door), door.point, door.width, 0.0) for door in doors]
         if all(np.hypot(*(door.point - line[at])) > door.depth / 2.0 + _AT_DOOR for door in doors):
             x, y = line[at]
-            found.append(
-                TightPassage(
-                    place=f"at ({x:.1f}, {y:.1f})", point=line[at], width=width,
-                    margin=width - needed, error=2.0 * grid.resolution,
-                )
-            )  # fmt: skip
-        return min(found, key=lambda each: each.width)
+            found.append((f"at ({x:.1f}, {y:.1f})", line[at], width, 2.0 * grid.resolution))
+        place, point, width, error = min(found, key=lambda each: each[2])
+        return TightPassage(
+            place=place, point=point, width=width, margin=width - self._needed, error=error
+        )
 
-    def _approach(self, storey: BuildingStorey, door: Door) -> tuple[float | None, float]:
-        """Free depth in front of a door, the smaller one of both sides, m, and its error."""
-        grid, error = self._floors[storey.number].grid, 2.0 * storey.grid.resolution
-        depths = []
-        for side in (1.0,) if is_entrance(door) else (1.0, -1.0):
-            out = side * _normal(door)
-            if is_entrance(door):
-                room = next(r for r in storey.rooms if r.id in door.rooms)
-                inside = room.contains(door.point + out * (door.depth / 2.0 + 0.15))
-                out = out if inside else -out
-            half = max(0.5 * door.width - error, 0.0)  # the map is that much narrower
-            across = np.linspace(-half, half, 19)[:, None, None] * door.direction
-            deep = np.arange(grid.resolution, 1.6, grid.resolution / 2.0)
+    def _approach(self, storey: BuildingStorey, door: Door) -> float:
+        """Free depth in front of a door, the smaller one of both sides, m."""
+        grid, depths = self._floors[storey.number].grid, []
+        sides = (-outward(door, storey),) if is_entrance(door) else (door.normal, -door.normal)
+        # The map is that much narrower.
+        half = max(0.5 * door.width - 2.0 * grid.resolution, 0.0)
+        across = np.linspace(-half, half, 19)[:, None, None] * door.direction
+        deep = np.arange(grid.resolution, 1.6, grid.resolution / 2.0)
+        for out in sides:
             points = door.point + across + (door.depth / 2.0 + deep)[None, :, None] * out
             within = grid.contains(points)
             rows, cols = np.where(within[..., None], grid.cells(points), 0).transpose(2, 0, 1)
             hit = (grid.blocked()[rows, cols] | ~within).any(axis=0)
             depths.append(float(deep[np.argmax(hit)]) if hit.any() else 1.6)
-        return min(depths), error
+        return min(depths)
 
     def _title(self, storey: int, room: str) -> str:
         return f"{room}, {self._storeys[storey].name}" if len(self._storeys) > 1 else room
 
-    def _door(self, door: Door) -> str:
-        names: Mapping[str, str] = {
-            room.id: name
-            for number, storey in self._storeys.items()
-            for room, name in zip(storey.rooms, self._names[number], strict=True)
-        }
-        none = "no room" if door.kind == "passage" else "outside"
-        sides = [*(names[room] for room in door.rooms), none, none][:2]
-        return f"door {self._labels[door.id]} ({' – '.join(sides)})"
+    def _door(self, storey: int, door: Door) -> str:
+        sides = " – ".join(door_sides(door, self._names[storey]))
+        return f"door {self._labels[door.id]} ({sides})"
 
     def _place(self, fault: AccessFault) -> str:
         storey = self._storeys[fault.storey]
-        if fault.kind in {"width", "map", "blocked", "turn", "threshold"}:
-            return self._door(next(door for door in storey.doors if door.id == fault.id))
         if fault.kind == "furniture":
-            ids = [room.id for room in storey.rooms]
-            return self._names[fault.storey][ids.index(fault.id)]
+            return self._names[fault.storey][fault.id]
         if fault.kind == "stairs":
             below, above = sorted(int(each) for each in fault.id.split("-"))
             return f"{self._storeys[below].name} to {self._storeys[above].name}"
-        return f"lift {fault.id}" if fault.kind == "lift" else f"{storey.name} at {fault.id}"
+        if fault.kind in {"lift", "space"}:
+            return f"lift {fault.id}" if fault.kind == "lift" else f"{storey.name} at {fault.id}"
+        return self._door(fault.storey, next(door for door in storey.doors if door.id == fault.id))
 
     def _text(self, fault: AccessFault) -> str:
-        storey = self._storeys[fault.storey]
-        needed = needed_width(self._robot)
+        storey, needed = self._storeys[fault.storey], self._needed
+        circle = f"{self._floors[fault.storey].landing:.1f} m"
         if fault.kind == "furniture":
             return "furniture or other obstacles in the room are in the way"
         if fault.kind == "space":
-            return (
-                "too little space to turn; a free circle of "
-                f"{self._floors[fault.storey].landing:.1f} m would do"
-            )
+            return f"too little space to turn; a free circle of {circle} would do"
         if fault.kind == "stairs":
             ends = [self._storeys[int(each)] for each in fault.id.split("-")]
             stairs = any(link.kind == "stairs" for each in ends for link in each.links)
@@ -525,27 +458,23 @@ class _Survey:
             length, width = np.ptp(self._robot.outline, axis=0)
             return f"door or car too small for a chair of {length:.2f} × {width:.2f} m"
         door = next(each for each in storey.doors if each.id == fault.id)
-        wide = f"clear width {door.width:.2f} m"
-        texts = []
+        wide, texts = f"clear width {door.width:.2f} m", []
         if (door.threshold or 0.0) > self._robot.max_step_up:
             climbs = self._robot.max_step_up
             texts.append(f"threshold {door.threshold:.3f} m, this chair climbs {climbs:.3f} m")
         if fault.kind == "width":
-            texts.append(
-                f"{wide}, {needed - door.width:.2f} m too narrow: the chair needs {needed:.2f} m"
-            )
+            narrow = f"{needed - door.width:.2f} m too narrow"
+            texts.append(f"{wide}, {narrow}: the chair needs {needed:.2f} m")
             if door.width_from == "map":
                 cells = 2.0 * storey.grid.resolution
                 texts.append(f"measured on the map, it may be up to {cells:.2f} m wider")
         if fault.kind == "turn":
-            texts.append(
-                f"{wide} is enough to drive straight, but the turn in front of it is too tight"
-            )
+            tight = "is enough to drive straight, but the turn in front of it is too tight"
+            texts.append(f"{wide} {tight}")
         if fault.width:
             texts.append(f"with {fault.width:.2f} m the chair passes")
         elif fault.kind == "turn":
-            circle = self._floors[fault.storey].landing
-            texts.append(f"free circles of {circle:.1f} m on both sides would do")
+            texts.append(f"free circles of {circle} on both sides would do")
         if fault.kind == "blocked":
             texts.append(f"{wide} is enough, but an obstacle is in the doorway or close to it")
         if fault.kind == "map":
@@ -554,6 +483,16 @@ class _Survey:
                 f"map of {storey.grid.resolution:g} m per cell: a finer map is needed"
             )
         return "; ".join(texts)
+
+
+def _behind(sources: Sequence[AccessSource], result: RoomResult) -> RoomResult:
+    """Result of a room, if the chair itself only arrives without some barriers."""
+    before = (result.source or sources[0]).faults
+    if not before:
+        return result
+    sets = tuple(before | each for each in result.sets)
+    remark = result.remark and f"even if the chair got to this storey: {result.remark}"
+    return RoomResult(sets=sets if sets or remark else (before,), remark=remark)
 
 
 def _better(one: RoomResult | None, other: RoomResult) -> RoomResult:
@@ -570,18 +509,9 @@ def _front(floor: ChairFloor, landing: LiftLanding) -> Booleans:
     """Cells (rows, cols) of the floor in front of a lift, with no wall between."""
     if not landing.doors:
         return open_front(replace(floor.storey, grid=floor.grid), landing.polygon)
-    middle = landing.polygon.mean(axis=0)
     front = np.zeros(floor.grid.shape, dtype=np.bool_)
     for door in floor.storey.doors:
         if door.id in landing.doors:
-            out = _normal(door)
-            front |= floor.in_front(door, -out if (middle - door.point) @ out > 0.0 else out)
+            inwards = (landing.polygon.mean(axis=0) - door.point) @ door.normal > 0.0
+            front |= floor.in_front(door, -door.normal if inwards else door.normal)
     return front
-
-
-def _normal(door: Door) -> Floats:
-    return np.array([-door.direction[1], door.direction[0]])
-
-
-def _length(legs: Iterable[tuple[int, Floats]]) -> float:
-    return float(sum(arc_length(points)[-1] for _, points in legs))

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from cohelm.arrays import Floats, value
+from cohelm.arrays import Floats, replace, value
 from cohelm.buildings.route_graph import BuildingRoute, RouteGraph, RouteNode
 from cohelm.buildings.storey import Door, DoorKind
 
@@ -63,7 +63,7 @@ class Direction:
 
 def directions(graph: RouteGraph, route: BuildingRoute) -> tuple[Direction, ...]:
     """Steps of a route; ways in one room are one step, or none if they are short."""
-    first = route.nodes[0]
+    first, last = route.nodes[0], route.nodes[-1]
     steps = [Direction(kind="start", room=first.place, storey=graph.storey(first.storey).name)]
     way: list[Floats] = [first.point]
     heading: Floats | None = None
@@ -71,40 +71,28 @@ def directions(graph: RouteGraph, route: BuildingRoute) -> tuple[Direction, ...]
         if edge.kind == "walk":
             way += [*edge.points, other.point]
             continue
-        points = np.array(way)
-        distance, storey = _length(points), graph.storey(one.storey).name
+        points, storey = np.array(way), graph.storey(one.storey).name
+        distance = _length(points)
+        step = Direction(kind="along", room=one.place, distance=distance, storey=storey)
         long = distance >= _ALONG
         if long:
-            side = _side(heading, _ahead(points))
-            steps.append(
-                Direction(kind="along", room=one.place, side=side, distance=distance, storey=storey)
-            )
+            steps.append(replace(step, side=_side(heading, _ahead(points))))
             heading = -_ahead(points[::-1])
+        step = replace(step, room=other.place)
         if edge.door is not None:
             through = _through(edge.door, one, other)
             side = _door_side(heading, through, one.point - points[0], long=long)
-            steps.append(
-                Direction(
-                    kind="door", room=other.place, side=side, distance=distance, storey=storey,
-                    door=edge.door.kind,
-                )
-            )  # fmt: skip
+            steps.append(replace(step, kind="door", side=side, door=edge.door.kind))
             heading = through
         else:
             lift = next(each for each in graph.lifts if each.name == other.key)
             at = {each.storey: each.polygon.mean(axis=0) for each in lift.landings}
             side = _side(heading, at[one.storey] - one.point)
-            steps.append(
-                Direction(
-                    kind="lift", room=other.place, side=side, distance=distance,
-                    storey=graph.storey(other.storey).name,
-                    lift=lift.name if len(graph.lifts) > 1 else "",
-                )
-            )  # fmt: skip
+            storey, name = graph.storey(other.storey).name, lift.name * (len(graph.lifts) > 1)
+            steps.append(replace(step, kind="lift", side=side, storey=storey, lift=name))
             heading = other.point - at[other.storey]
         way = [other.point]
-    last = route.nodes[-1]
-    storey, rest = graph.storey(last.storey).name, _length(np.array(way))
+    rest, storey = _length(np.array(way)), graph.storey(last.storey).name
     arrive = Direction(kind="arrive", room=last.name or last.place, distance=rest, storey=storey)
     return (*steps, arrive)
 
@@ -123,11 +111,10 @@ def _ahead(points: Floats) -> Floats:
 
 def _through(door: Door, one: RouteNode, other: RouteNode) -> Floats:
     """Direction (2,) in which a door is passed, across its wall."""
-    normal = np.array([-door.direction[1], door.direction[0]])
     passed = other.point - one.point
-    if abs(passed @ normal) < 0.3 * np.linalg.norm(passed):  # a border round a corner
+    if abs(passed @ door.normal) < 0.3 * np.linalg.norm(passed):  # a border round a corner
         return passed
-    through: Floats = np.sign(passed @ normal) * normal
+    through: Floats = np.sign(passed @ door.normal) * door.normal
     return through
 
 

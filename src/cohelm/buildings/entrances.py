@@ -44,10 +44,7 @@ def door_labels(storeys: Sequence[BuildingStorey]) -> dict[str, str]:
 
 
 def find_entrances(
-    storeys: Sequence[BuildingStorey],
-    inside: Collection[str],
-    text: str | None,
-    notes: list[str],
+    storeys: Sequence[BuildingStorey], inside: Collection[str], text: str | None, notes: list[str]
 ) -> tuple[AccessEntrance, ...]:
     """Entrance that a text names, or the doors of the entry storey that lead outside.
 
@@ -95,11 +92,7 @@ def _rooms(storey: BuildingStorey) -> Iterator[tuple[Room, NamedPlace]]:
 def _named(
     storeys: Sequence[BuildingStorey], labels: Mapping[str, str], text: str
 ) -> AccessEntrance:
-    """Entrance that a text names.
-
-    Raises:
-        ConfigError: if there is no such place, or there are several.
-    """
+    """Entrance that a text names; raises ConfigError if there is none, or there are several."""
     before, _, rest = text.partition(":")
     chosen = [s for s in storeys if before.strip().casefold() in {s.name.casefold(), str(s.number)}]
     wanted = (rest if chosen and rest.strip() else text).strip()
@@ -110,28 +103,28 @@ def _named(
         numbers = []
     if len(numbers) == 2:
         return AccessEntrance(name=f"({wanted})", storey=chosen[0].number, point=np.array(numbers))
-    found: list[tuple[str, AccessEntrance]] = []
+    found: dict[str, AccessEntrance] = {}
     known: list[str] = []
     for storey in chosen:
         for room, place in _rooms(storey):
-            words = {room.id, room.number, room.name, room.label, place.name}
             known.append(place.name)
-            if wanted.casefold() in {each.casefold() for each in words if each}:
-                title = f"{storey.name}: {place.name}"
-                entrance = AccessEntrance(name=place.name, storey=storey.number, point=place.point)
-                found.append((title, entrance))
-        for door in storey.doors:
-            words = {door.id, door.name, labels[door.id]}
-            if wanted.casefold() in {each.casefold() for each in words if each}:
-                point = None if is_entrance(door) else door.point
-                label = f"door {labels[door.id]}"
-                entrance = AccessEntrance(
-                    name=label, storey=storey.number, door=door.id, point=point
+            if _is_named(wanted, room.id, room.number, room.name, room.label, place.name):
+                found[f"{storey.name}: {place.name}"] = AccessEntrance(
+                    name=place.name, storey=storey.number, point=place.point
                 )
-                found.append((f"{storey.name}: {label}", entrance))
+        for door in storey.doors:
+            label = f"door {labels[door.id]}"
+            if _is_named(wanted, door.id, door.name, labels[door.id]):
+                found[f"{storey.name}: {label}"] = AccessEntrance(
+                    name=label, storey=storey.number, door=door.id,
+                    point=None if is_entrance(door) else door.point,
+                )  # fmt: skip
     if not found:
         raise ConfigError(f"no room or door {wanted!r}{nearest(wanted, known)}", key=_KEY)
     if len(found) > 1:
-        titles = ", ".join(repr(title) for title, _ in found)
-        raise ConfigError(f"{wanted!r} is ambiguous: {titles}", key=_KEY)
-    return found[0][1]
+        raise ConfigError(f"{wanted!r} is ambiguous: {', '.join(map(repr, found))}", key=_KEY)
+    return next(iter(found.values()))
+
+
+def _is_named(wanted: str, *names: str) -> bool:
+    return wanted.casefold() in (name.casefold() for name in names if name)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
@@ -12,17 +13,8 @@ from skimage.graph import MCP_Geometric
 from skimage.measure import approximate_polygon
 from skimage.segmentation import watershed
 
-from cohelm.arrays import (
-    Annotated,
-    Booleans,
-    Floats,
-    Floats32,
-    Integers,
-    Shape,
-    replace,
-    value,
-)
-from cohelm.buildings.free_space import border_runs
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Integers, Shape, replace, value
+from cohelm.buildings.free_space import border_runs, open_border
 from cohelm.buildings.storey import BuildingStorey, Cell, Door, polygon_cells, room_cells, roomiest
 from cohelm.maps import OccupancyGrid, signed_distance
 
@@ -33,6 +25,11 @@ _CONTACT = 0.3
 """Length of a border from which a zone counts as a side of a door, m."""
 _NARROWEST = 0.4
 """Length of a border without a door from which it joins two zones, m."""
+_WAITING = 2.0, 0.8, 0.3
+"""In front of a lift the chair waits at most this far from it, with this clearance, or less where
+there is no more, but not less than the last one, m."""
+_NEAR_WALL = 0.8, 2.0
+"""Nearer to a wall than this, m, a path is dearer; at the wall, a metre counts so many more."""
 _CORNER = 2.0
 """Tolerance of a path's corners, cells."""
 
@@ -53,7 +50,7 @@ class ZonePath:
     """Connection of two cells in a zone."""
 
     points: Annotated[Floats, Shape("k 2")]
-    """Corners of the shortest path between free cells; map frame, m."""
+    """Corners of a short path over free cells, away from walls; map frame, m."""
     length: float
     """m."""
     clear_width: float
@@ -81,19 +78,35 @@ class FloorZones:
     def roomiest(self, zone: int) -> Cell | None:
         """Cell of a zone farthest from all others and from obstacles; None if it has no cell."""
         inside, low = self.part(zone)
-        cell = roomiest(inside, self.grid.resolution)
+        cell = roomiest(inside, self.grid.resolution) if inside.any() else None
         return None if cell is None else (cell[0] + int(low[0]), cell[1] + int(low[1]))
 
-    def roomiest_near(self, zone: int, cell: Cell, reach: float, enough: float) -> Cell:
-        """Cell of a zone within ``reach`` of another, m, that has ``enough`` clearance, m.
+    def waiting_cell(self, zones: Sequence[int], front: Cell, door: Door | None) -> Cell | None:
+        """Cell in front of a lift where a chair waits; None if there is no room for one.
 
-        The nearest of those; where there are none, the one with the largest clearance.
+        It is the nearest cell with ``_WAITING`` clearance, else the one with the largest clearance.
+
+        Args:
+            zones: labels of those that it may lie in.
+            front: a cell of them at the lift.
+            door: the lift's; the cell lies within its width. None: a lift without one.
         """
-        inside, low = self.part(zone)
-        cells = np.argwhere(inside) + low
-        away = np.hypot(*(cells - cell).T) * self.grid.resolution
-        cells, away = cells[away <= reach], away[away <= reach]
-        room = np.minimum(self.clearance[tuple(cells.T)], enough)
+        reach = int(np.ceil(_WAITING[0] / self.grid.resolution))
+        low = np.maximum(np.subtract(front, reach), 0)
+        window = tuple(slice(a, b + reach + 1) for a, b in zip(low, front, strict=True))
+        cells = np.argwhere(np.isin(self.labels[window], zones)) + low
+        if door is not None:
+            beside = np.abs((self.grid.centres(cells) - door.point) @ door.direction)
+            cells = cells[beside <= door.width / 2.0]
+        strip = np.zeros(self.labels[window].shape, dtype=np.bool_)
+        strip[tuple((cells - low).T)] = True
+        part = ndimage.label(strip)[0][tuple((cells - low).T)]
+        away = np.hypot(*(cells - front).T) * self.grid.resolution
+        joined = (part == part[np.argmin(away)]) & (away <= _WAITING[0]) if len(cells) else part > 0
+        cells, away = cells[joined], away[joined]
+        room = np.minimum(self.clearance[tuple(cells.T)], _WAITING[1])
+        if room.max(initial=0.0) < _WAITING[2]:
+            return None
         row, col = cells[np.lexsort((away, -room))[0]]
         return int(row), int(col)
 
@@ -103,38 +116,38 @@ class FloorZones:
         Yields:
             Positions i < j in ``cells``, and the connection.
         """
-        inside, low = self.part(zone)
-        clearance = np.where(inside, self.clearance[self.windows[zone - 1] or ()], 0.0)
-        ends = [(int(row), int(col)) for row, col in np.array(cells) - low]
-        radii = _widest(clearance, ends)
-        for i, start in enumerate(ends[:-1]):
-            joined = [j for j in range(i + 1, len(ends)) if radii[i, j] > 0.0]
-            search = _search(inside, start, [ends[j] for j in joined])
-            for j in joined:
-                path = np.array(search.traceback(ends[j])) + low
-                yield i, j, self._path(path, 2.0 * float(radii[i, j]))
+        return self._paths(*self.part(zone), cells)
 
     def through(self, doorway: Doorway, one: int, other: int) -> ZonePath | None:
         """Connection of two sides of a doorway; None if its free cells do not join them."""
-        start, end = doorway.sides[one], doorway.sides[other]
-        cells = np.array([*doorway.between, start, end])
-        window, low = _around(cells)
-        label = self.labels[window]
-        inside = (label == one) | (label == other)
+        ends = [doorway.sides[one], doorway.sides[other]]
+        window, low = _around(np.array([*doorway.between, *ends]))
+        inside = np.isin(self.labels[window], [one, other])
         inside[tuple((doorway.between - low).T)] = True
-        first, last = ((cell[0] - low[0], cell[1] - low[1]) for cell in (start, end))
-        radius = _widest(np.where(inside, self.clearance[window], 0.0), [first, last])[0, 1]
-        if radius <= 0.0:
-            return None
-        path = np.array(_search(inside, first, [last]).traceback(last)) + low
-        return self._path(path, 2.0 * float(radius))
+        return next((path for _, _, path in self._paths(inside, low, ends)), None)
 
-    def _path(self, cells: Integers, width: float) -> ZonePath:
-        steps = np.linalg.norm(np.diff(cells, axis=0), axis=1) * self.grid.resolution
-        corners = approximate_polygon(np.asarray(cells, dtype=float), _CORNER).astype(np.int64)
-        return ZonePath(
-            points=self.grid.centres(corners), length=float(steps.sum()), clear_width=float(width)
-        )
+    def _paths(
+        self, inside: Booleans, low: Integers, cells: list[Cell]
+    ) -> Iterator[tuple[int, int, ZonePath]]:
+        """Connections of cells over ``inside`` (rows, cols), a window that begins at ``low``."""
+        grid, high = self.grid, low + inside.shape
+        near = self.clearance[low[0] : high[0], low[1] : high[1]]
+        ends = [(int(row), int(col)) for row, col in np.array(cells) - low]
+        radii = _widest(np.where(inside, near, 0.0), ends)
+        close = np.maximum(1.0 - near / _NEAR_WALL[0], 0.0)
+        for i, start in enumerate(ends[:-1]):
+            joined = [j for j in range(i + 1, len(ends)) if radii[i, j] > 0.0]
+            search = MCP_Geometric(np.where(inside, 1.0 + _NEAR_WALL[1] * close, -1.0))
+            search.find_costs([start], [ends[j] for j in joined])
+            for j in joined:
+                path = np.array(search.traceback(ends[j])) + low
+                steps = np.linalg.norm(np.diff(path, axis=0), axis=1) * grid.resolution
+                corners = approximate_polygon(path.astype(float), _CORNER).astype(np.int64)
+                found = ZonePath(
+                    points=grid.centres(corners), length=float(steps.sum()),
+                    clear_width=2.0 * float(radii[i, j]),
+                )  # fmt: skip
+                yield i, j, found
 
 
 def floor_zones(storey: BuildingStorey) -> FloorZones:
@@ -166,12 +179,11 @@ def _in_walls(doors: Iterable[Door]) -> list[list[Door]]:
     """Doors with a depth; those behind each other, as in two leaves of one wall, together."""
     groups: list[list[Door]] = []
     for door in doors:
-        normal = np.array([-door.direction[1], door.direction[0]])
         behind = [
             group
             for group in groups
             if abs((group[0].point - door.point) @ door.direction) < 0.25 * door.width
-            and abs((group[0].point - door.point) @ normal)
+            and abs((group[0].point - door.point) @ door.normal)
             < (group[0].depth + door.depth) / 2.0 + _CONTACT
             and abs(group[0].direction @ door.direction) > 0.9
         ]
@@ -228,44 +240,35 @@ def _open_borders(
     zones: FloorZones, storey: BuildingStorey, doorways: Sequence[Doorway]
 ) -> Iterator[Doorway]:
     """Borders of zones without a wall: those that the storey names, and others."""
-    index = {room.id: i for i, room in enumerate(storey.rooms, 1)}
-    ids = {i: room for room, i in index.items()}
+    ids = {i: room.id for i, room in enumerate(storey.rooms, 1)}
     named = [door for door in storey.doors if door.depth <= 0.0]
     for pair, cells in border_runs(zones.labels):
-        points = zones.grid.centres(cells)
-        middle = points.mean(axis=0)
-        rooms = tuple(ids[label] for label in pair if label in ids)
-        extent = float(np.linalg.norm(np.ptp(points, axis=0))) + zones.grid.resolution
-        door = next(
-            (
-                door
-                for door in named
-                if set(door.rooms) == set(rooms)
-                and np.linalg.norm(points - door.point, axis=1).min() < 0.5
-            ),
-            None,
+        rooms, points = (
+            tuple(ids[label] for label in pair if label in ids),
+            zones.grid.centres(cells),
         )
+        border = open_border(f"border-{cells[0][0]}-{cells[0][1]}", zones.grid, cells, rooms)
+        near = [
+            door
+            for door in named
+            if set(door.rooms) == set(rooms)
+            and np.linalg.norm(points - door.point, axis=1).min() < 0.5
+        ]
         passed = any(
-            set(pair) <= set(each.sides) and np.linalg.norm(each.door.point - middle) < extent
+            set(pair) <= set(each.sides)
+            and np.linalg.norm(each.door.point - border.point) < border.width
             for each in doorways
         )
-        named = [each for each in named if each is not door]
-        if door is None and (passed or extent < _NARROWEST):
+        if near:
+            border = named.pop(named.index(near[0]))
+        elif passed or border.width < _NARROWEST:
             continue
-        if door is None:
-            along = np.linalg.svd(points - middle)[2][0]
-            door = Door(
-                id=f"border-{cells[0][0]}-{cells[0][1]}", kind="open border", name="",
-                point=middle, direction=along, width=extent, width_from="map", opening=extent,
-                depth=0.0, threshold=None, rooms=rooms,
-            )  # fmt: skip
         beside = _beside(zones, cells)
         beside = beside[np.isin(zones.labels[tuple(beside.T)], pair)]
         # Cells on both sides of the roomiest place, with nothing between them.
         best = cells[int(np.argmax(zones.clearance[tuple(cells.T)]))]
-        away = np.abs(beside - best).sum(axis=1)
-        cost = away - 1e-3 * zones.clearance[tuple(beside.T)]
-        yield Doorway(door=door, sides=_sides(zones, beside, cost), between=cells)
+        cost = np.abs(beside - best).sum(axis=1) - 1e-3 * zones.clearance[tuple(beside.T)]
+        yield Doorway(door=border, sides=_sides(zones, beside, cost), between=cells)
 
 
 def _around(cells: Integers) -> tuple[_Window, Integers]:
@@ -295,22 +298,12 @@ def _sides(zones: FloorZones, beside: Integers, cost: Floats) -> dict[int, Cell]
     }
 
 
-def _search(inside: Booleans, start: Cell, ends: Sequence[Cell]) -> MCP_Geometric:
-    """Shortest paths from a cell to others over the cells ``inside`` (rows, cols)."""
-    search = MCP_Geometric(np.where(inside, 1.0, -1.0))
-    search.find_costs([start], list(ends))
-    return search
-
-
 def _widest(clearance: Floats, cells: Sequence[Cell]) -> Floats:
     """Largest disc radii (n, n) that get from each of n cells to each other, m; 0: none.
 
     Two cells are joined by cells with at least some clearance up to one level, which bisection over
-    the levels finds. Steps are straight, since the planner's cut no corner.
-
-    Args:
-        clearance: (rows, cols), m; 0 where no path may go.
-        cells: the n cells.
+    the levels finds. Steps are straight, since the planner's cut no corner. ``clearance``
+    (rows, cols), m, is 0 where no path may go.
     """
     levels = np.unique(clearance[clearance > 0.0])
 
@@ -322,11 +315,10 @@ def _widest(clearance: Floats, cells: Sequence[Cell]) -> Floats:
 
     radii = np.zeros((len(cells), len(cells)))
     for i, j in itertools.combinations(range(len(cells)), 2):
-        low = -1
-        high = int(np.searchsorted(levels, min(clearance[cells[i]], clearance[cells[j]]), "right"))
-        while high - low > 1:
-            middle = (low + high) // 2
-            one, other = parts(middle)[[i, j]]
-            low, high = (middle, high) if one == other > 0 else (low, middle)
-        radii[i, j] = radii[j, i] = levels[low] if low >= 0 else 0.0
+        highest = min(clearance[cells[i]], clearance[cells[j]])
+        count = bisect_left(
+            range(int(np.searchsorted(levels, highest, "right"))), True,
+            key=lambda k: not parts(k)[i] == parts(k)[j] > 0,
+        )  # fmt: skip
+        radii[i, j] = radii[j, i] = levels[count - 1] if count else 0.0
     return radii

@@ -9,6 +9,7 @@ A boundary that is as narrow as a door, and no longer than one, is a door.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,8 +18,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from skimage.segmentation import watershed
 
-from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace, value
-from cohelm.buildings.storey import Door, Room, room_cells, with_rooms
+from cohelm.arrays import Booleans, Floats, Floats32, Integers, replace
+from cohelm.buildings.storey import Door, Room, polygon_cells, room_cells, with_rooms
 from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid, Places, signed_distance
 
@@ -39,8 +40,7 @@ _NARROWEST = 0.8
 _ANGLES = np.linspace(0.0, np.pi, 36, endpoint=False)
 
 
-@value
-class Partition:
+class Partition(NamedTuple):
     """Free space divided into rooms."""
 
     rooms: tuple[Room, ...]
@@ -59,8 +59,10 @@ def partition(
         places: named places; a room gets the name of the first one in it.
     """
     walkable = _without_furniture(~grid.blocked(), grid.resolution)
-    for door in doors:
-        _cut(walkable, door, grid)
+    for door in doors:  # closed from wall to wall
+        half = 0.5 * door.width + 2.0 * grid.resolution
+        closed = replace(door, depth=grid.resolution).part(-half, half)
+        walkable[polygon_cells([closed], grid)] = False
     clearance = signed_distance(~walkable, grid.resolution)
     regions = _merged(*_watershed(clearance), clearance, grid.resolution)
     regions = _without_long_passages(regions, clearance, grid)
@@ -88,20 +90,24 @@ def open_borders(
         owner[room_cells(room, grid) & ~grid.blocked()] = i
     found: list[Door] = []
     for pair, cells in border_runs(owner):
-        points = grid.centres(cells)
-        middle = points.mean(axis=0)
-        along = np.linalg.svd(points - middle)[2][0]
-        extent = float(np.ptp((points - middle) @ along)) + grid.resolution
-        at_door = any(np.hypot(*(door.point - middle)) < door.width / 2.0 for door in doors)
-        if extent >= DOOR_WIDTHS[0] and not at_door:
-            found.append(
-                Door(
-                    id=f"border-{len(found) + 1}", kind="open border", name="", point=middle,
-                    direction=along, width=extent, width_from="map", opening=extent, depth=0.0,
-                    threshold=None, rooms=tuple(rooms[i - 1].id for i in pair),
-                )
-            )  # fmt: skip
+        pair_ids = tuple(rooms[i - 1].id for i in pair)
+        border = open_border(f"border-{len(found) + 1}", grid, cells, pair_ids)
+        at_door = any(np.hypot(*(door.point - border.point)) < door.width / 2.0 for door in doors)
+        if border.width >= DOOR_WIDTHS[0] and not at_door:
+            found.append(border)
     return tuple(found)
+
+
+def open_border(key: str, grid: OccupancyGrid, cells: Integers, rooms: tuple[str, ...]) -> Door:
+    """Border of rooms without a wall, along cells (n, 2) of a map; ``key`` is its id."""
+    points = grid.centres(cells)
+    middle = points.mean(axis=0)
+    along = np.linalg.svd(points - middle)[2][0]
+    width = float(np.ptp((points - middle) @ along)) + grid.resolution
+    return Door(
+        id=key, kind="open border", point=middle, direction=along, width=width, opening=width,
+        rooms=rooms,
+    )  # fmt: skip
 
 
 def _without_furniture(free: Booleans, resolution: float) -> Booleans:
@@ -109,24 +115,11 @@ def _without_furniture(free: Booleans, resolution: float) -> Booleans:
     labels, _ = ndimage.label(~free, structure=np.ones((3, 3)))
     out = free.copy()
     for label, window in enumerate(ndimage.find_objects(labels), 1):
-        extent = max(part.stop - part.start for part in window)
-        border = any(
-            part.start == 0 or part.stop == size
-            for part, size in zip(window, free.shape, strict=True)
-        )
-        if extent * resolution <= _LOOSE and not border:
+        size = np.array([(part.start, part.stop) for part in window])
+        border = (size[:, 0] == 0) | (size[:, 1] == free.shape)
+        if np.ptp(size, axis=1).max() * resolution <= _LOOSE and not border.any():
             out[window] |= labels[window] == label
     return out
-
-
-def _cut(walkable: Booleans, door: Door, grid: OccupancyGrid) -> None:
-    """Close a door, a line of two cells from wall to wall."""
-    half = 0.5 * door.width + 2.0 * grid.resolution
-    along = np.arange(-half, half, grid.resolution / 2.0)[:, None] * door.direction
-    normal = np.array([-door.direction[1], door.direction[0]]) * grid.resolution / 2.0
-    points = np.concatenate([door.point + along + side * normal for side in (-1.0, 1.0)])
-    cells = grid.cells(points[grid.contains(points)])
-    walkable[cells[:, 0], cells[:, 1]] = False
 
 
 def _watershed(clearance: Floats32) -> tuple[Integers, Floats]:
@@ -226,18 +219,13 @@ def border_runs(regions: Integers) -> Iterator[tuple[tuple[int, int], Integers]]
     pairs, cells, _ = _borders(regions, np.zeros(regions.shape, dtype=np.float32))
     for pair in np.unique(pairs, axis=0):
         on = np.unique(cells[(pairs == pair).all(axis=1)], axis=0)
-        groups, count = ndimage.label(_mask(on), structure=np.ones((3, 3)))
-        group = groups[tuple((on - on.min(axis=0)).T)]
+        low = on.min(axis=0)
+        mask = np.zeros(on.max(axis=0) - low + 1, dtype=np.bool_)
+        mask[tuple((on - low).T)] = True
+        groups, count = ndimage.label(mask, structure=np.ones((3, 3)))
+        group = groups[tuple((on - low).T)]
         for i in range(1, count + 1):
             yield (int(pair[0]), int(pair[1])), on[group == i]
-
-
-def _mask(cells: Integers) -> Booleans:
-    """Cells (n, 2) in a window of their own."""
-    low = cells.min(axis=0)
-    out = np.zeros(cells.max(axis=0) - low + 1, dtype=np.bool_)
-    out[tuple((cells - low).T)] = True
-    return out
 
 
 def _passage(grid: OccupancyGrid, clearance: Floats32, border: Integers) -> tuple[Door, bool]:
@@ -256,9 +244,8 @@ def _passage(grid: OccupancyGrid, clearance: Floats32, border: Integers) -> tupl
         for side in (-1.0, 1.0)
     ]
     passage = Door(
-        id="", kind="passage", name="", point=point, direction=direction, width=width,
-        width_from="map", opening=width, depth=0.0, threshold=None, rooms=(),
-    )  # fmt: skip
+        id="", kind="passage", point=point, direction=direction, width=width, opening=width
+    )
     short = width <= _NO_CORRIDOR or min(beyond) >= _WIDENS[0] * width
     return passage, DOOR_WIDTHS[0] <= width <= DOOR_WIDTHS[1] and short
 
@@ -284,12 +271,11 @@ def _room(
     regions: Integers, label: int, number: int, grid: OccupancyGrid, places: Places | None
 ) -> Room:
     """Room of a region: the outline runs along the borders of its cells."""
-    inside = np.pad(regions == label, 1)
-    rows, cols = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
-    window = inside[rows[0] - 1 : rows[-1] + 2, cols[0] - 1 : cols[-1] + 2]
-    fine = np.kron(window, np.ones((4, 4), dtype=np.bool_)).astype(np.uint8)
+    window = ndimage.find_objects((regions == label).astype(np.uint8))[0]
+    inside = np.pad(regions[window] == label, 1)
+    fine = np.kron(inside, np.ones((4, 4), dtype=np.bool_)).astype(np.uint8)
     contours, tree = cv2.findContours(fine, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    corner = np.array([cols[0] - 2, rows[0] - 2])
+    corner = np.array([window[1].start - 1, window[0].start - 1])
     polygons: list[Floats] = []
     holes: list[Floats] = []
     for i in sorted(range(len(contours)), key=lambda k: -cv2.contourArea(contours[k])):
@@ -300,7 +286,7 @@ def _room(
             (holes if is_hole else polygons).append(transform(grid.X_MG, at))
     room = Room(
         id=f"room-{number}", number=str(number), name="Room", polygons=tuple(polygons),
-        holes=tuple(holes), area=float(np.count_nonzero(window) * grid.resolution**2),
+        holes=tuple(holes), area=float(np.count_nonzero(inside) * grid.resolution**2),
     )  # fmt: skip
     name = next((each.name for each in places or () if room.contains(each.point)), "")
     return replace(room, number="", name=name) if name else room

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from cohelm.arrays import value
-from cohelm.buildings.route_graph import RouteEdge, RouteGraph
+from cohelm.buildings.route_graph import RouteGraph
 from cohelm.errors import MapError
 
 _CRS = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3857"}}
@@ -89,12 +89,10 @@ def write_route_graph(graph: RouteGraph, folder: Path) -> tuple[Path, ...]:
     Raises:
         MapError: if a file cannot be written.
     """
-    files = []
-    for storey in graph.storeys:
-        made = nav2_graph(graph, storey.number)
-        if made.edges:
-            files.append(folder / f"{storey.stem}.route.geojson")
-            write_nav2_graph(made, files[-1])
+    made = {s.stem: nav2_graph(graph, s.number) for s in graph.storeys}
+    files = {folder / f"{stem}.route.geojson": each for stem, each in made.items() if each.edges}
+    for file, each in files.items():
+        write_nav2_graph(each, file)
     return tuple(files)
 
 
@@ -149,8 +147,12 @@ def _edge_feature(graph: RouteGraph, number: int, one: int, other: int) -> dict[
     about: dict[str, Any] = {
         "class": edge.kind, "room": ends[1].place, "length": round(edge.length, 3),
         "clear_width": round(edge.clear_width, 3), "ramp": edge.ramp,
-        "penalty": round(max(edge.length - straight, 0.0), 3), **_door(edge),
+        "penalty": round(max(edge.length - straight, 0.0), 3),
     }  # fmt: skip
+    if (door := edge.door) is not None:
+        known = {} if door.threshold is None else {"threshold": door.threshold}
+        named = {"id": door.id, "name": door.name, "kind": door.kind, "clear_width": door.width}
+        about["door"] = {**named, **known}
     return {
         "type": "Feature",
         "properties": {
@@ -162,15 +164,6 @@ def _edge_feature(graph: RouteGraph, number: int, one: int, other: int) -> dict[
             "coordinates": [[_rounded(point) for point in edge.points]],
         },
     }  # fmt: skip
-
-
-def _door(edge: RouteEdge) -> dict[str, Any]:
-    door = edge.door
-    if door is None:
-        return {}
-    about = {"id": door.id, "name": door.name, "kind": door.kind, "clear_width": door.width}
-    known = {} if door.threshold is None else {"threshold": door.threshold}
-    return {"door": {**about, **known}}
 
 
 def _rounded(point: Any) -> list[float]:
@@ -186,11 +179,7 @@ def _is_edge(feature: Any) -> bool:
 
 
 def _check_node(feature: Mapping[str, Any], nodes: set[int]) -> None:
-    """Check what Nav2 needs of a node, and note its id.
-
-    Raises:
-        ValueError, KeyError, TypeError, IndexError: if Nav2 would refuse it.
-    """
+    """Check what Nav2 needs of a node, and note its id; raises ValueError and the like."""
     if _is_node(feature):
         number = feature["properties"]["id"]
         if not isinstance(number, int) or number < 0 or number in nodes:
@@ -202,11 +191,7 @@ def _check_node(feature: Mapping[str, Any], nodes: set[int]) -> None:
 
 
 def _check_edge(feature: Mapping[str, Any], nodes: set[int]) -> None:
-    """Check that an edge joins nodes.
-
-    Raises:
-        ValueError, KeyError, TypeError: if it does not.
-    """
+    """Check that an edge joins nodes; raises ValueError and the like."""
     if _is_edge(feature):
         about = feature["properties"]
         if not {about["startid"], about["endid"]} <= nodes:

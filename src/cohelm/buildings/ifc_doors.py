@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import ifcopenshell.util.element
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from cohelm.arrays import Floats
 from cohelm.buildings.ifc_file import Entity, IfcModel, entity_name, placement
@@ -56,7 +57,10 @@ def lining_posts(doors: Iterable[Door], low: float, high: float) -> list[Mesh]:
         if door.opening - door.width > 2e-3:
             for side in (-1.0, 1.0):
                 ends = sorted((side * door.width / 2.0, side * door.opening / 2.0))
-                posts.append(_prism(door.part(*ends), low - 1.0, high + 1.0))
+                corners = door.part(*ends)
+                prism = [np.column_stack([corners, np.full(4, z)]) for z in (low - 1.0, high + 1.0)]
+                hull = ConvexHull(np.concatenate(prism))
+                posts.append(Mesh(vertices=hull.points, faces=hull.simplices.astype(np.int64)))
     return posts
 
 
@@ -87,7 +91,7 @@ def _door(
     return Door(
         id=door.GlobalId, kind="door", name=door.Name or "", point=point, direction=along,
         opening=whole if in_opening else width, depth=depth, width_from=source,
-        width=max(width - 2.0 * lining * model.unit, 0.0), rooms=(),
+        width=max(width - 2.0 * lining * model.unit, 0.0),
         threshold=None if threshold is None else threshold * model.unit,
     )  # fmt: skip
 
@@ -113,7 +117,6 @@ def _passage(
     return Door(
         id=opening.GlobalId, kind="opening", name=opening.Name or "", point=point,
         direction=along, width=width, opening=width, width_from="opening", depth=depth,
-        threshold=None, rooms=(),
     )  # fmt: skip
 
 
@@ -130,9 +133,8 @@ def _axes(pose: Floats, body: Mesh, width: float) -> tuple[Floats, Floats]:
         best = turned[int(np.argmin(sizes * np.roll(sizes, 90)))]
         axes = [best, np.array([-best[1], best[0]])]
     sizes = [float(np.ptp(body.vertices[:, :2] @ axis)) for axis in axes]
-    if not width:
-        width = max(sizes)
-    first = 0 if abs(sizes[0] - min(width, 1e6)) <= abs(sizes[1] - min(width, 1e6)) else 1
+    off = np.abs(np.array(sizes) - min(width or max(sizes), 1e6))
+    first = int(np.argmin(off))
     return axes[first], axes[1 - first]
 
 
@@ -165,15 +167,3 @@ def _lining(door: Entity) -> tuple[float, float | None]:
     thickness = [each.LiningThickness for each in linings if each.LiningThickness]
     thresholds = [e.ThresholdThickness for e in linings if e.ThresholdThickness is not None]
     return (thickness or [0.0])[0], (thresholds or [None])[0]
-
-
-def _prism(corners: Floats, low: float, high: float) -> Mesh:
-    """Mesh of a vertical prism over a rectangle (4, 2)."""
-    vertices = np.concatenate([np.column_stack([corners, np.full(4, z)]) for z in (low, high)])
-    quads = [
-        [0, 1, 2, 3],
-        [4, 5, 6, 7],
-        *([i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4] for i in range(4)),
-    ]
-    faces = [face for a, b, c, d in quads for face in ([a, b, c], [a, c, d])]
-    return Mesh(vertices=vertices, faces=np.array(faces))

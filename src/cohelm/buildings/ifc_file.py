@@ -15,9 +15,9 @@ import ifcopenshell.util.placement
 import ifcopenshell.util.unit
 import numpy as np
 
-from cohelm.buildings.building import Watch
 from cohelm.buildings.ifc_shapes import shapes
 from cohelm.buildings.sections import Mesh
+from cohelm.buildings.storey_files import Watch
 from cohelm.errors import BuildingError
 
 SIZE_LIMIT = 200_000_000
@@ -35,7 +35,6 @@ Entity = Any
 class IfcLevel:
     """Storeys of a model at one height, and the products contained in them."""
 
-    file: Path
     name: str
     elevation: float
     """Placement of the storey in the model, m."""
@@ -69,7 +68,13 @@ def open_ifc(file: Path) -> IfcModel:
         model: Any = ifcopenshell.open(str(file))
     except (ifcopenshell.Error, OSError, RuntimeError) as cause:
         raise BuildingError(f"not a readable IFC model ({cause})", file=file) from None
-    unit = _length_unit(model, file)
+    projects = model.by_type("IfcProject")
+    if not projects:
+        raise BuildingError("no IfcProject", file=file)
+    if ifcopenshell.util.unit.get_project_unit(model, "LENGTHUNIT") is None:
+        problem = "no length unit (LENGTHUNIT) in UnitsInContext"
+        raise BuildingError(problem, file=file, entity=entity_name(projects[0]))
+    unit = float(ifcopenshell.util.unit.calculate_unit_scale(model))
     return IfcModel(file=file, model=model, unit=unit, levels=_levels(model, unit, file))
 
 
@@ -153,20 +158,6 @@ def _check_text(file: Path) -> None:
         raise BuildingError(f"incomplete: {_END.decode()} is missing at its end", file=file)
 
 
-def _length_unit(model: Any, file: Path) -> float:
-    projects = model.by_type("IfcProject")
-    if not projects:
-        raise BuildingError("no IfcProject", file=file)
-    unit = ifcopenshell.util.unit.get_project_unit(model, "LENGTHUNIT")
-    if unit is None:
-        raise BuildingError(
-            "no length unit (LENGTHUNIT) in UnitsInContext",
-            file=file,
-            entity=entity_name(projects[0]),
-        )
-    return float(ifcopenshell.util.unit.calculate_unit_scale(model))
-
-
 def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
     storeys = model.by_type("IfcBuildingStorey")
     if not storeys:
@@ -179,31 +170,21 @@ def _levels(model: Any, unit: float, file: Path) -> tuple[IfcLevel, ...]:
         groups[-1].append(storey) if near else groups.append([storey])
     levels = []
     for group in groups:
-        names = [each.Name or each.GlobalId for each in group]
+        names, height = [each.Name or each.GlobalId for each in group], heights[group[0].id()]
         notes = []
         if len(group) > 1:
             notes.append(f"the storeys {', '.join(names)} are at one height and were joined")
         for each in group:
-            given = (each.Elevation or 0.0) * unit
-            if abs(given - heights[each.id()]) > 0.01:
-                notes.append(
-                    f"{entity_name(each)}: Elevation {given:.2f} m was ignored, it is placed at "
-                    f"{heights[each.id()]:.2f} m"
-                )
-        products = {
-            each.id(): each
-            for storey in group
-            for each in decomposition(storey)
-            if each.is_a("IfcProduct")
-        }
+            given, placed = (each.Elevation or 0.0) * unit, heights[each.id()]
+            if abs(given - placed) > 0.01:
+                ignored = f"Elevation {given:.2f} m was ignored, it is placed at {placed:.2f} m"
+                notes.append(f"{entity_name(each)}: {ignored}")
+        parts = {part.id(): part for each in group for part in decomposition(each)}
+        products = (parts[key] for key in sorted(parts) if parts[key].is_a("IfcProduct"))
         levels.append(
             IfcLevel(
-                file=file,
-                name=JOINED.join(dict.fromkeys(names)),
-                elevation=heights[group[0].id()],
-                floor=heights[group[0].id()],
-                products=tuple(products[key] for key in sorted(products)),
-                notes=tuple(notes),
+                name=JOINED.join(dict.fromkeys(names)), elevation=height, floor=height,
+                products=tuple(products), notes=tuple(notes),
             )
-        )
+        )  # fmt: skip
     return tuple(levels)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,6 @@ import shapely
 from scipy import ndimage
 
 from cohelm.arrays import Booleans, Floats, replace
-from cohelm.buildings.building import Watch
 from cohelm.buildings.free_space import open_borders, partition
 from cohelm.buildings.ifc_doors import DIFFERENT_LEVEL, door_openings, lining_posts
 from cohelm.buildings.ifc_file import (
@@ -35,10 +33,12 @@ from cohelm.buildings.storey import (
     StoreyLink,
     polygon_cells,
     room_cells,
+    unknown_grid,
     with_rooms,
 )
+from cohelm.buildings.storey_files import Watch
 from cohelm.errors import BuildingError
-from cohelm.maps import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from cohelm.maps import FREE, OCCUPIED, OccupancyGrid
 
 BAND = (0.05, 1.2)
 """Heights above the floor at which a chair and its rider meet things, m."""
@@ -46,9 +46,6 @@ HEADROOM = 2.0
 """Height above the floor up to which stairs are in the way, m: floor below them is low."""
 _STEP = 0.05
 """Largest height of a floor above the storey's, m; higher ones are steps."""
-_MARGIN = 0.5
-"""Around the building on its map, m."""
-_MOST_CELLS = 40_000_000
 _NO_OBSTACLE = ("IfcFeatureElement", "IfcVirtualElement", "IfcDoor")
 _FLOORS = ("IfcSlab", "IfcCovering", "IfcRamp", "IfcRampFlight")
 _LINKS: dict[str, LinkKind] = {
@@ -61,12 +58,12 @@ _NO_LIFTS = {"ESCALATOR", "MOVINGWALKWAY", "CRANEWAY", "LIFTINGGEAR"}
 
 @dataclass(frozen=True, kw_only=True)
 class _Bodies:
-    """Meshes of a model by entity number, and the products that they belong to."""
+    """Meshes of a model by entity number."""
 
     meshes: dict[int, Mesh]
-    solids: tuple[Mesh, ...]
+    solids: list[Mesh]
     """Of all products that can be in the way."""
-    stairs: tuple[Mesh, ...]
+    stairs: list[Mesh]
     """Those of stairs and ramps among them."""
     floors: Floats
     """Level triangles (t, 3, 3) of slabs, coverings and ramps, m."""
@@ -121,18 +118,20 @@ def _chosen(model: IfcModel, storey: str | None) -> Sequence[IfcLevel]:
 
 
 def _bodies(products: Iterable[Entity], found: dict[int, Mesh]) -> _Bodies:
-    bodied = [each for each in products if each.id() in found]
-    solids = [
-        found[each.id()]
-        for each in bodied
-        if each.is_a("IfcElement") and not any(map(each.is_a, _NO_OBSTACLE))
-    ]
-    stairs = [found[each.id()] for each in bodied if any(map(each.is_a, _STAIRS))]
-    floors = [found[each.id()].triangles for each in bodied if any(map(each.is_a, _FLOORS))]
-    level = np.concatenate(floors) if floors else np.empty((0, 3, 3))
+    def of(*classes: str, others: tuple[str, ...] = ()) -> list[Mesh]:
+        return [
+            found[each.id()]
+            for each in products
+            if each.id() in found
+            and any(map(each.is_a, classes))
+            and not any(map(each.is_a, others))
+        ]
+
+    floors = np.concatenate([np.empty((0, 3, 3)), *(mesh.triangles for mesh in of(*_FLOORS))])
     return _Bodies(
-        meshes=found, solids=tuple(solids), stairs=tuple(stairs), floors=level[upward(level)]
-    )
+        meshes=found, solids=of("IfcElement", others=_NO_OBSTACLE), stairs=of(*_STAIRS),
+        floors=floors[upward(floors)],
+    )  # fmt: skip
 
 
 def _by_height(model: IfcModel, bodies: _Bodies) -> list[IfcLevel]:
@@ -161,8 +160,8 @@ def _by_height(model: IfcModel, bodies: _Bodies) -> list[IfcLevel]:
         replace(
             level,
             floor=float(floors[i]),
-            products=(*(e for e in level.products if (i, e.id()) not in gone), *moved[i]),
             notes=(*level.notes, *notes[i]),
+            products=(*(e for e in level.products if (i, e.id()) not in gone), *moved[i]),
         )
         for i, level in enumerate(model.levels)
     ]
@@ -176,7 +175,7 @@ def _storey(model: IfcModel, level: IfcLevel, bodies: _Bodies, resolution: float
         notes.append(f"the floor is {off:+.2f} m from the height of the storey")
     rooms = [room for each in spaces if (room := _room(each, bodies, floor, notes)) is not None]
     openings = door_openings(model, level.products, bodies.meshes, (floor, floor + BAND[1]), notes)
-    grid = _grid(bodies, level, rooms, openings, resolution, notes)
+    grid = _grid(bodies, level, rooms, openings, resolution, notes, file=model.file)
     free = bool(np.any(~grid.blocked()))
     if not free:
         notes.append("no free floor: no map is written")
@@ -203,10 +202,8 @@ def _bodiless(level: IfcLevel, bodies: _Bodies) -> list[str]:
         for each in level.products
         if any(map(each.is_a, kinds)) and each.id() not in bodies.meshes and not each.IsDecomposedBy
     ]
-    if not lost:
-        return []
     more = f" and {len(lost) - 1} more" if len(lost) > 1 else ""
-    return [f"no readable geometry: {entity_name(lost[0])}{more}"]
+    return [f"no readable geometry: {entity_name(each)}{more}" for each in lost[:1]]
 
 
 def _floor_height(level: IfcLevel, bodies: _Bodies) -> float:
@@ -246,13 +243,11 @@ def _room(space: Entity, bodies: _Bodies, floor: float, notes: list[str]) -> Roo
         return None
     parts.sort(key=lambda each: -each.area)
     return Room(
-        id=space.GlobalId,
-        number=(space.Name or "").strip(),
-        name=(space.LongName or "").strip(),
+        id=space.GlobalId, number=(space.Name or "").strip(), name=(space.LongName or "").strip(),
         polygons=tuple(_corners(each.exterior) for each in parts),
         holes=tuple(_corners(ring) for each in parts for ring in each.interiors),
         area=float(sum(each.area for each in parts)),
-    )
+    )  # fmt: skip
 
 
 def _corners(ring: shapely.LinearRing) -> Floats:
@@ -267,6 +262,8 @@ def _grid(
     doors: Sequence[Door],
     resolution: float,
     notes: list[str],
+    *,
+    file: Path,
 ) -> OccupancyGrid:
     """Map of a storey: free floor where something carries the chair, solids in the band on top."""
     z, floor = bodies.floors[:, :, 2], level.floor
@@ -279,7 +276,7 @@ def _grid(
     corners += doorways
     if not len(floors) and not rooms:
         corners += [mesh.bounds[:, :2] for mesh in solids]
-    empty = _empty_grid(np.concatenate(corners), resolution, level)
+    empty = unknown_grid(np.concatenate(corners), resolution, level.name, file)
     solid = touched_cells([*solids, *lining_posts(doors, low, high)], empty, low, high)
     solid |= touched_cells(bodies.stairs, empty, low, floor + HEADROOM)
     free, in_doors = covered_cells(floors, empty), polygon_cells(doorways, empty)
@@ -295,31 +292,10 @@ def _grid(
             free |= cells
     if bare:
         notes.append(f"no slab below {', '.join(bare)}: its outline is taken as floor")
-    data = np.full(empty.shape, UNKNOWN, dtype=np.int8)
+    data = empty.data.copy()
     data[free | in_doors] = FREE
     data[solid] = OCCUPIED
-    return OccupancyGrid(data=data, resolution=resolution, X_MG=empty.X_MG)
-
-
-def _empty_grid(points: Floats, resolution: float, level: IfcLevel) -> OccupancyGrid:
-    """Grid around points (k, 2), m, with its origin at a multiple of the resolution."""
-    if not len(points):
-        points = np.zeros((1, 2))
-    low = np.floor((points.min(axis=0) - _MARGIN) / resolution)
-    high = np.ceil((points.max(axis=0) + _MARGIN) / resolution)
-    cols, rows = (high - low).tolist()
-    if rows * cols > _MOST_CELLS:
-        raise BuildingError(
-            f"storey {level.name!r} spans {cols * resolution:.0f} × {rows * resolution:.0f} m: "
-            f"more than {_MOST_CELLS / 1e6:.0f} million cells; use a larger --resolution, as "
-            f"{math.ceil(100 * resolution * math.sqrt(rows * cols / _MOST_CELLS)) / 100:g}",
-            file=level.file,
-        )
-    return OccupancyGrid(
-        data=np.zeros((int(rows), int(cols)), dtype=np.int8),
-        resolution=resolution,
-        X_MG=np.array([*(low * resolution), 0.0]),
-    )
+    return replace(empty, data=data)
 
 
 def _links(products: Iterable[Entity], bodies: _Bodies) -> Iterable[StoreyLink]:
@@ -339,6 +315,5 @@ def _links(products: Iterable[Entity], bodies: _Bodies) -> Iterable[StoreyLink]:
             points = np.concatenate([mesh.vertices[:, :2] for mesh in found])
             hull = shapely.get_coordinates(shapely.MultiPoint(points).convex_hull)[:-1]
             if len(hull) >= 3:
-                yield StoreyLink(
-                    id=product.GlobalId, kind=kind, name=product.Name or "", polygon=hull
-                )
+                name = product.Name or ""
+                yield StoreyLink(id=product.GlobalId, kind=kind, name=name, polygon=hull)

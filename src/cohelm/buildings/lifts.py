@@ -73,18 +73,14 @@ def lifts_of(storeys: Sequence[BuildingStorey], notes: list[str] | None = None) 
     lifts: list[Lift] = []
     for shaft in _shafts(storeys):
         shape = min((each.shape for each in shaft), key=lambda each: float(each.area))
-        landings = [_landing(storey, shaft, shape) for storey in storeys]
-        served = tuple(each for each in landings if each is not None)
+        served = [each for s in storeys if (each := _landing(s, shaft, shape)) is not None]
         name = next((each.name for each in shaft if each.name), "Lift")
         if len(served) > 1:
             same = sum(lift.name.split(" (")[0] == name for lift in lifts)
-            car = min((e.shape for e in shaft if not e.room), key=lambda e: e.area, default=None)
-            lifts.append(
-                Lift(
-                    name=f"{name} ({same + 1})" if same else name, landings=served,
-                    car=None if car is None else _corners(car),
-                )
-            )  # fmt: skip
+            name = f"{name} ({same + 1})" if same else name
+            cars = sorted((e.shape for e in shaft if not e.room), key=lambda e: e.area)
+            car = _corners(cars[0]) if cars else None
+            lifts.append(Lift(name=name, landings=tuple(served), car=car))
         elif notes is not None and len(storeys) > 1:
             notes.append(f"the lift {name!r} serves one storey only: it is left out")
     return tuple(lifts)
@@ -135,12 +131,9 @@ def _overlap(a: shapely.Polygon, b: shapely.Polygon) -> bool:
 def _landing(
     storey: BuildingStorey, shaft: Sequence[_Outline], shape: shapely.Polygon
 ) -> LiftLanding | None:
-    """The lift on a storey; None if it does not stop there.
+    """A lift, by its outlines on all storeys, on one storey; None if it does not stop there.
 
-    Args:
-        storey: the storey.
-        shaft: all outlines of the lift, on any storey.
-        shape: its outline where the storey has none.
+    ``shape`` is its outline where the storey has none.
     """
     here = next((each for each in shaft if each.storey == storey.number), None)
     shape = shape if here is None else here.shape
@@ -167,6 +160,5 @@ def _corners(shape: shapely.Polygon) -> Floats:
 
 def _leads_into(door: Door, shape: shapely.Polygon) -> bool:
     """Check that the line through a door, across its wall, meets an outline beside it."""
-    normal = np.array([-door.direction[1], door.direction[0]])
-    reach = (door.depth / 2.0 + _BESIDE) * normal
+    reach = (door.depth / 2.0 + _BESIDE) * door.normal
     return bool(shapely.LineString([door.point - reach, door.point + reach]).intersects(shape))

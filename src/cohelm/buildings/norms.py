@@ -1,17 +1,17 @@
 """Requirements of norms for wheelchair users, beside the values measured in a building.
 
-Clauses are those of the 2010 ADA Standards for Accessible Design. Requirements of ISO 21542:2021
-are given without their clauses.
+Clauses are those of the 2010 ADA Standards for Accessible Design; those of ISO 21542 are not given.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 from cohelm.arrays import value
 
-_ADA, _ISO = "2010 ADA Standards", "ISO 21542:2021"
+_ADA, _ISO = "2010 ADA Standards", "ISO 21542:2021 (clause not given)"
 
 
 class NormRule(NamedTuple):
@@ -19,7 +19,6 @@ class NormRule(NamedTuple):
 
     norm: str
     clause: str
-    """Empty for ISO 21542."""
     says: str
     measure: str
     """Key of the measured values."""
@@ -90,18 +89,14 @@ def check_norms(measured: Mapping[str, Iterable[MeasuredValue]]) -> tuple[NormCh
     """Compare measured values, by the key of their measure, with every rule that has any."""
     checks = []
     for rule in RULES:
-        values = tuple(measured.get(rule.measure, ()))
-        verdicts = [_verdict(rule, each) for each in values]
-        failures = tuple(
-            f"{each.place}: {each.value:.3f} m"
-            for each, verdict in zip(values, verdicts, strict=True)
-            if verdict == "fails" and each.value is not None
-        )
-        if values:
+        verdicts = [(each, _verdict(rule, each)) for each in measured.get(rule.measure, ())]
+        counts = Counter(verdict for _, verdict in verdicts)
+        failures = (f"{e.place}: {e.value:.3f} m" for e, verdict in verdicts if verdict == "fails")
+        if verdicts:
             checks.append(
                 NormCheck(
-                    rule=rule, passes=verdicts.count("passes"), unknown=verdicts.count("unknown"),
-                    failures=failures,
+                    rule=rule, passes=counts["passes"], unknown=counts["unknown"],
+                    failures=tuple(failures),
                 )
             )  # fmt: skip
     return tuple(checks)

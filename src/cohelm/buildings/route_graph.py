@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, Literal
 
@@ -20,28 +21,28 @@ from cohelm.errors import ConfigError, NoRoute
 from cohelm.geometry import distance_to_polygon
 from cohelm.maps import NamedPlace, innermost_point
 
+NodeKind = Literal["room", "place", "door", "lift"]
 LIFT_WAIT = 30.0
 """Waiting and riding time of a lift, s; assumed."""
 LIFT_PRICE = 0.8
 """Price of a second in a lift, m: the distance that a chair drives in it."""
 WIDE = 1.5
 """Clear width from which a way is wide: two chairs turn, or a chair and a person pass, m."""
-_WAITING = 2.0, 0.8
-"""In front of a lift the chair waits at most this far from its door, with this clearance, m."""
 
 
 @value
 class RouteNode:
     """Place on a route."""
 
-    kind: Literal["room", "door", "lift"]
+    kind: NodeKind
     storey: int
     point: Annotated[Floats, Shape("2")]
-    """Roomiest point of a room, side of a door, place in front of a lift; map frame, m."""
+    """Roomiest point of a room, named place, side of a door, place in front of a lift; map frame,
+    m."""
     name: str
-    """Name of the room, door or lift; empty for floor in no room."""
+    """Name of the room, place, door or lift; empty for floor in no room."""
     key: str
-    """Id of the room or door, name of the lift; empty for floor in no room."""
+    """Id of the room or door, name of the place or lift; empty for floor in no room."""
     zone: int
     """Zone of its storey's floor that it lies in."""
     place: str
@@ -56,7 +57,7 @@ class RouteEdge:
 
     kind: Literal["walk", "door", "lift"]
     points: Annotated[Floats, Shape("k 2")]
-    """Shortest path over free cells; map frame of the storey, m."""
+    """Short path over free cells, away from walls; map frame of the storey, m."""
     length: float
     """m; 0 for a lift."""
     clear_width: float
@@ -84,18 +85,28 @@ class RouteWishes:
     ramp_price: float = 0.0
     """For each ramp, m; 0: no such wish."""
 
+    def each_without(self) -> dict[str, RouteWishes]:
+        """All other wishes, by the name of each one that is set."""
+        wishes: tuple[tuple[str, str, Any], ...] = (
+            ("avoid", "avoid", frozenset()), ("closed", "closed", frozenset()),
+            ("wide", "narrow_price", 0.0), ("level", "ramp_price", 0.0),
+        )  # fmt: skip
+        return {
+            name: replace(self, **{field: none})
+            for name, field, none in wishes
+            if getattr(self, field) != none
+        }
+
 
 @value
 class BuildingRoute:
     """Route through rooms, doors and lifts."""
 
+    positions: tuple[int, ...]
+    """Those of its nodes in the graph."""
     nodes: tuple[RouteNode, ...]
     edges: tuple[RouteEdge, ...]
     """One fewer than nodes, each directed as the route."""
-    wishes: Mapping[str, float]
-    """Extra length that each wish costs, m: over the route without it."""
-    shortest: float
-    """Length of the shortest route without wishes, m."""
 
     @property
     def length(self) -> float:
@@ -118,29 +129,21 @@ class RouteGraph:
     graph: Any
     """Undirected ``networkx.Graph`` over positions in ``nodes``; each edge has a RouteEdge, from
     the lower position to the higher one, as ``edge``."""
+    notes: tuple[str, ...] = ()
+    """Lifts without a waiting place and places on no free floor, one sentence each."""
 
     def edge(self, one: int, other: int) -> RouteEdge:
-        """Edge of two joined nodes, directed from the first one.
-
-        Raises:
-            KeyError: if they are not joined.
-        """
+        """Edge of two joined nodes, directed from the first one; KeyError if none joins them."""
         edge: RouteEdge = self.graph.edges[one, other]["edge"]
-        return edge if one < other else _reversed(edge)
+        return edge if one < other else replace(edge, points=edge.points[::-1])
 
     def storey(self, number: int) -> BuildingStorey:
-        """Storey of a number.
-
-        Raises:
-            StopIteration: if there is none.
-        """
+        """Storey of a number; StopIteration if there is none."""
         return next(each for each in self.storeys if each.number == number)
 
     def lift_places(self, storey: int) -> tuple[NamedPlace, ...]:
         """Waiting places in front of the lifts that are no rooms on a storey."""
-        rooms = {
-            o.name for o in self.lifts for each in o.landings if each.room and each.storey == storey
-        }
+        rooms = {e.name for e in self.lifts for at in e.landings if at.room and at.storey == storey}
         here = [each for each in self.nodes if each.kind == "lift" and each.storey == storey]
         points = {each.name: each.point for each in reversed(here) if each.name not in rooms}
         return tuple(NamedPlace(name=name, point=point) for name, point in points.items())
@@ -159,7 +162,7 @@ class RouteGraph:
         if len(found) == 1:
             return found[0]
         if not found:
-            every = {node.name for node in self.nodes if _is_place(node)}
+            every = {node.name for node in self.nodes if _has_name(node)}
             raise ConfigError(f"no place {text!r}{nearest(text, every)}", key=key)
         names = " or ".join(repr(self._full_name(i)) for i in found)
         raise ConfigError(f"{text!r} may be {names}", key=key)
@@ -198,39 +201,29 @@ class RouteGraph:
         """
         wishes = wishes or RouteWishes()
         best = self._path(start, goal, width, wishes, blocked)
-        shortest = self._path(start, goal, width, RouteWishes(closed=wishes.closed), blocked)
-        if best is None or shortest is None:
+        if best is None:
             narrowest = self._narrowest(start, goal, wishes, blocked)
             others = replace(wishes, closed=frozenset())
             closed = not narrowest and self._path(start, goal, width, others, blocked) is not None
             raise NoRoute(
                 start=self._full_name(start), goal=self._full_name(goal), needed=width,
                 narrowest=narrowest,
-                because="rooms never to enter close every way" if closed else "",
+                because="rooms never to enter close every way" if closed else "; ".join(self.notes),
             )  # fmt: skip
-        length = self._length(best)
-        costs = {}
-        for name, without in _each_without(wishes):
-            other = self._path(start, goal, width, without, blocked)
-            costs[name] = length - self._length(other or best)
         return BuildingRoute(
+            positions=tuple(best),
             nodes=tuple(self.nodes[i] for i in best),
             edges=tuple(self.edge(*pair) for pair in itertools.pairwise(best)),
-            wishes=costs,
-            shortest=self._length(shortest),
         )
 
-    def position(self, node: RouteNode) -> int:
-        """Position of a node of this graph."""
-        return next(i for i, each in enumerate(self.nodes) if each is node)
-
-    def describe(self, one: RouteNode, other: RouteNode, edge: RouteEdge) -> str:
-        """An edge in words: the door with its clear width, or the room."""
+    def describe(self, one: int, other: int) -> str:
+        """The edge of two nodes in words: the door with its clear width, or the room."""
+        edge, ends = self.edge(one, other), [self.nodes[one], self.nodes[other]]
         if edge.door is None:
-            where = one.place or "the floor in no room"
+            where = ends[0].place or "the floor in no room"
             return f"the way through {where}, {edge.clear_width:.2f} m wide"
         name = f" {edge.door.name!r}" if edge.door.name else ""
-        sides = " – ".join(node.place or "no room" for node in (one, other))
+        sides = " – ".join(node.place or "no room" for node in ends)
         width = f"{edge.door.width:.2f} m wide"
         if edge.clear_width < edge.door.width - 0.005:
             width += f", {edge.clear_width:.2f} m on the map"
@@ -238,17 +231,21 @@ class RouteGraph:
 
     def _places(self, text: str) -> list[int]:
         name, _, where = (part.strip().casefold() for part in text.partition("@"))
-        found = []
-        for i, node in enumerate(self.nodes):
-            storey = self.storey(node.storey)
-            here = not where or where in {storey.name.casefold(), str(storey.number)}
-            if here and _is_place(node) and name in self._names(node):
-                found.append(i)
-        return found
+        at = {s.number for s in self.storeys if where in {"", s.name.casefold(), str(s.number)}}
+        return [
+            i
+            for i, node in enumerate(self.nodes)
+            if node.storey in at and _has_name(node) and name in self._names(node)
+        ]
 
     def _names(self, node: RouteNode) -> set[str]:
-        room = next((r for r in self.storey(node.storey).rooms if r.id == node.key), None)
-        names = {node.name} if room is None else {node.name, room.number, room.label, room.name}
+        storey, names = self.storey(node.storey), {node.name}
+        for room in storey.rooms:
+            if room.id == node.key:
+                names |= {room.number, room.label, room.name}
+        for place in storey.places:
+            if place.name == node.name:
+                names |= {*place.names.values()}
         return {each.casefold() for each in names if each}
 
     def _full_name(self, i: int) -> str:
@@ -256,12 +253,7 @@ class RouteGraph:
         return f"{node.name or node.place or 'no room'} @ {self.storey(node.storey).name}"
 
     def _path(
-        self,
-        start: int,
-        goal: int,
-        width: float,
-        wishes: RouteWishes,
-        blocked: Set[frozenset[int]],
+        self, start: int, goal: int, width: float, wishes: RouteWishes, blocked: Set[frozenset[int]]
     ) -> list[int] | None:
         def price(one: int, other: int, data: Mapping[str, Any]) -> float | None:
             edge: RouteEdge = data["edge"]
@@ -269,27 +261,29 @@ class RouteGraph:
             closed = edge.kind == "door" and any(room in wishes.closed for room in rooms)
             if closed or edge.clear_width < width or frozenset((one, other)) in blocked:
                 return None
-            return _price(edge, rooms, wishes)
+            price = edge.length + LIFT_PRICE * edge.wait + wishes.ramp_price * edge.ramp
+            if edge.kind == "door":  # half of a room's price at each of its doors
+                price += 0.5 * wishes.room_price * sum(room in wishes.avoid for room in rooms)
+            if edge.kind == "walk" and edge.clear_width < WIDE:
+                price += wishes.narrow_price * edge.length
+            return price
 
         try:
             return list(nx.dijkstra_path(self.graph, start, goal, weight=price))
         except nx.NetworkXNoPath:
             return None
 
-    def _length(self, path: Sequence[int]) -> float:
-        return float(sum(self.edge(*pair).length for pair in itertools.pairwise(path)))
-
     def _narrowest(
         self, start: int, goal: int, wishes: RouteWishes, blocked: Set[frozenset[int]]
     ) -> str:
         """Narrowest edge of the widest route, in words, a door if it is one; empty if none."""
+
+        def path(width: float) -> list[int] | None:
+            return self._path(start, goal, width, wishes, blocked)
+
         widths = sorted({data["edge"].clear_width for _, _, data in self.graph.edges(data=True)})
-        low, high = 0, len(widths)
-        best: list[int] | None = None
-        while low < high:
-            middle = (low + high) // 2
-            path = self._path(start, goal, widths[middle], wishes, blocked)
-            best, low, high = (path, middle + 1, high) if path else (best, low, middle)
+        count = bisect_left(widths, True, key=lambda width: path(width) is None)
+        best = path(widths[count - 1]) if count else None
         pairs = list(itertools.pairwise(best or []))
         if not pairs:
             return ""
@@ -300,19 +294,20 @@ class RouteGraph:
         # A doorway's jambs narrow the way up to it as much as the doorway itself.
         if beside and self.edge(*beside[0]).clear_width < self.edge(one, other).clear_width + 0.15:
             one, other = beside[0]
-        return self.describe(self.nodes[one], self.nodes[other], self.edge(one, other))
+        return self.describe(one, other)
 
 
 def route_graph(storeys: Sequence[BuildingStorey]) -> RouteGraph:
     """Graph of a building from the maps, rooms, doors and lifts of its storeys."""
     lifts, graph = lifts_of(storeys), nx.Graph()
     nodes: list[RouteNode] = []
+    notes: list[str] = []
     landings: dict[str, list[int]] = {lift.name: [] for lift in lifts}
     for storey in storeys:
         if storey.grid.blocked().all():
             continue
         floor = _StoreyFloor(storey, lifts)
-        for node, cell in floor.nodes():
+        for node, cell in floor.nodes(notes):
             if node.kind == "lift":
                 landings[node.key].append(len(nodes))
             if cell is not None:
@@ -329,7 +324,9 @@ def route_graph(storeys: Sequence[BuildingStorey]) -> RouteGraph:
                     kind="lift", points=points, length=0.0, clear_width=math.inf, wait=LIFT_WAIT
                 )
                 graph.add_edge(one, other, edge=edge)
-    return RouteGraph(storeys=tuple(storeys), lifts=lifts, nodes=tuple(nodes), graph=graph)
+    return RouteGraph(
+        storeys=tuple(storeys), lifts=lifts, nodes=tuple(nodes), graph=graph, notes=tuple(notes)
+    )
 
 
 class _StoreyFloor:
@@ -339,12 +336,8 @@ class _StoreyFloor:
         self.storey = storey
         self.names = room_names(storey.rooms)
         self.zones: FloorZones = floor_zones(storey)
-        self.landings = [
-            (lift, landing)
-            for lift in lifts
-            for landing in lift.landings
-            if landing.storey == storey.number
-        ]
+        every = [(lift, landing) for lift in lifts for landing in lift.landings]
+        self.landings = [pair for pair in every if pair[1].storey == storey.number]
         shafts = polygon_cells([each.polygon for _, each in self.landings], storey.grid)
         labels = self.zones.labels
         sizes = np.bincount(labels.ravel(), minlength=len(storey.rooms) + 1)
@@ -359,33 +352,49 @@ class _StoreyFloor:
         self.members: dict[int, list[tuple[int, Cell]]] = {}
         """Positions and cells of the nodes in each zone."""
 
-    def nodes(self) -> Iterator[tuple[RouteNode, Cell | None]]:
-        """Nodes with their cells; a room without free floor has no cell."""
+    def nodes(self, notes: list[str]) -> Iterator[tuple[RouteNode, Cell | None]]:
+        """Nodes with their cells; a room or place on no free floor has no cell."""
         for zone in self.open:
             key, name = self._room(zone)
             cell = self.zones.roomiest(zone)
             if cell is not None:
                 yield self._node("room", zone, cell, name, key), cell
             elif key:
-                point = innermost_point(self.storey.rooms[zone - 1].polygons[0])
-                row, col = self.storey.grid.cells(point)
-                yield self._node("room", zone, (int(row), int(col)), name, key), None
+                inner = innermost_point(self.storey.rooms[zone - 1].polygons[0])
+                yield self._node("room", zone, self._cell(inner), name, key), None
         for doorway in self.zones.doorways:
             for zone, cell in doorway.sides.items():
                 if zone in self.open:
                     name, key = doorway.door.name, doorway.door.id
                     yield self._node("door", zone, cell, name, key), cell
         for lift, landing in self.landings:
-            fronts = {
-                zone: cell
+            fronts: list[tuple[Door | None, dict[int, Cell]]] = [
+                (doorway.door, doorway.sides)
                 for doorway in self.zones.doorways
                 if doorway.door.id in landing.doors
-                for zone, cell in doorway.sides.items()
-            } or self._fronts(open_front(self.storey, landing.polygon))
-            for zone, front in fronts.items():
-                if zone in self.open:
-                    cell = self.zones.roomiest_near(zone, front, *_WAITING)
-                    yield self._node("lift", zone, cell, lift.name, lift.name), cell
+            ] or [(None, self._fronts(open_front(self.storey, landing.polygon)))]
+            waiting = {
+                int(self.zones.labels[cell]): cell
+                for door, sides in fronts
+                for zone, front in sides.items()
+                if zone in self.open and (cell := self.zones.waiting_cell(self.open, front, door))
+            }
+            for zone, cell in waiting.items():
+                yield self._node("lift", zone, cell, lift.name, lift.name), cell
+            if not waiting:
+                where = f"{lift.name!r} on {self.storey.name}"
+                notes.append(f"no waiting place in front of {where}: it is not used there")
+        lifts = (lift.name for lift, _ in self.landings)
+        taken = {name.casefold() for name in (*self.names.values(), *lifts)}
+        for place in self.storey.places:
+            if place.name.casefold() not in taken:
+                cell = self._cell(place.point)
+                inside = bool(self.storey.grid.contains(place.point))
+                zone = int(self.zones.labels[cell]) if inside else 0
+                node = self._node("place", zone, cell, place.name, place.name)
+                yield replace(node, point=place.point), cell if zone else None
+                if not zone:
+                    notes.append(f"{place.name!r} on {self.storey.name} lies on no free floor")
 
     def edges(self, nodes: Sequence[RouteNode]) -> Iterator[tuple[int, int, RouteEdge]]:
         for zone, members in self.members.items():
@@ -414,14 +423,24 @@ class _StoreyFloor:
             found[int(zone)] = (int(middle[0]), int(middle[1]))
         return found
 
+    def _cell(self, point: Floats) -> Cell:
+        row, col = self.storey.grid.cells(point).tolist()
+        return row, col
+
     def _room(self, zone: int) -> tuple[str, str]:
         """Id and name of a zone's room; empty for floor in no room."""
-        if zone > len(self.storey.rooms):
+        if not 0 < zone <= len(self.storey.rooms):
             return "", ""
-        return self.storey.rooms[zone - 1].id, self.names[zone - 1]
+        room = self.storey.rooms[zone - 1].id
+        return room, self.names[room]
 
     def _node(
-        self, kind: Literal["room", "door", "lift"], zone: int, cell: Cell, name: str, key: str
+        self,
+        kind: Literal["room", "place", "door", "lift"],
+        zone: int,
+        cell: Cell,
+        name: str,
+        key: str,
     ) -> RouteNode:
         room, place = self._room(zone)
         return RouteNode(
@@ -443,31 +462,5 @@ class _StoreyFloor:
         )  # fmt: skip
 
 
-def _is_place(node: RouteNode) -> bool:
+def _has_name(node: RouteNode) -> bool:
     return node.kind != "door" and bool(node.name)
-
-
-def _reversed(edge: RouteEdge) -> RouteEdge:
-    return replace(edge, points=edge.points[::-1])
-
-
-def _price(edge: RouteEdge, rooms: Sequence[str], wishes: RouteWishes) -> float:
-    """Length and prices of an edge, m; half of a room's price at each of its doors."""
-    price = edge.length + LIFT_PRICE * edge.wait
-    if edge.kind == "door":
-        price += 0.5 * wishes.room_price * sum(room in wishes.avoid for room in rooms)
-    if edge.kind == "walk" and edge.clear_width < WIDE:
-        price += wishes.narrow_price * edge.length
-    return price + wishes.ramp_price * edge.ramp
-
-
-def _each_without(wishes: RouteWishes) -> Iterator[tuple[str, RouteWishes]]:
-    """Name of each wish that is set, and all the others."""
-    if wishes.avoid:
-        yield "avoid", replace(wishes, avoid=frozenset())
-    if wishes.closed:
-        yield "closed", replace(wishes, closed=frozenset())
-    if wishes.narrow_price:
-        yield "wide", replace(wishes, narrow_price=0.0)
-    if wishes.ramp_price:
-        yield "level", replace(wishes, ramp_price=0.0)

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import ndimage
 
-from cohelm.arrays import Annotated, Booleans, Floats, Shape, replace, value
+from cohelm.arrays import Annotated, Booleans, Floats, Floats32, Shape, replace, value
+from cohelm.errors import BuildingError
 from cohelm.geometry import distance_to_polygon, inverse, transform
-from cohelm.maps import OccupancyGrid, signed_distance
+from cohelm.maps import UNKNOWN, NamedPlace, OccupancyGrid, signed_distance
 
 DoorKind = Literal["door", "opening", "open border", "passage"]
 """A door of the model, an opening in a wall without a door, a border of two rooms without a wall,
 or a narrow passage of a map."""
 LinkKind = Literal["lift", "stairs", "ramp"]
+_MARGIN = 0.5
+"""Around the building on its map, m."""
+_MOST_CELLS = 40_000_000
 Cell = tuple[int, int]
 """(row, column)."""
 
@@ -63,22 +70,22 @@ class Door:
 
     id: str
     kind: DoorKind
-    name: str
     point: Annotated[Floats, Shape("2")]
     """Centre of the opening; map frame, m."""
     direction: Annotated[Floats, Shape("2")]
     """Unit vector along the wall; map frame."""
     width: float
     """Clear width, m."""
-    width_from: str
-    """Source of the width: ``opening less lining``, ``opening``, ``overall width``, ``map``."""
     opening: float
     """Width of the opening with the lining, m."""
-    depth: float
+    name: str = ""
+    width_from: str = "map"
+    """Source of the width: ``opening less lining``, ``opening``, ``overall width``, ``map``."""
+    depth: float = 0.0
     """Thickness of the wall, m; 0 if unknown."""
-    threshold: float | None
+    threshold: float | None = None
     """Height of the threshold, m; None: unknown."""
-    rooms: tuple[str, ...]
+    rooms: tuple[str, ...] = ()
     """Ids of the rooms that it joins, 0 to 2; other sides are outside, or floor in no room."""
 
     @property
@@ -87,6 +94,11 @@ class Door:
         half = 0.5 * self.width * self.direction
         return np.array([self.point - half, self.point + half])
 
+    @property
+    def normal(self) -> Floats:
+        """Unit vector (2,) across the wall, ``direction`` turned left; map frame."""
+        return np.array([-self.direction[1], self.direction[0]])
+
     def part(self, first: float, last: float, margin: float = 0.0) -> Floats:
         """Outline (4, 2) of a part of the opening, from wall face to wall face; map frame, m.
 
@@ -94,9 +106,8 @@ class Door:
             first, last: ends along ``direction``, from ``point``, m.
             margin: how much deeper than the wall it is on both sides, m.
         """
-        normal = np.array([-self.direction[1], self.direction[0]])
         along = np.array([[first], [last], [last], [first]]) * self.direction
-        deep = (self.depth / 2.0 + margin) * np.array([[-1.0], [-1.0], [1.0], [1.0]]) * normal
+        deep = (self.depth / 2.0 + margin) * np.array([[-1.0], [-1.0], [1.0], [1.0]]) * self.normal
         corners: Floats = self.point + along + deep
         return corners
 
@@ -129,6 +140,32 @@ class BuildingStorey:
     """Oddities of the model and what was assumed, one sentence each."""
     number: int = 1
     """Counted from 1 at the lowest storey of the building."""
+    places: tuple[NamedPlace, ...] = ()
+    """Named places beside its map file, those of its rooms and others."""
+
+
+def unknown_grid(points: Floats, resolution: float, name: str, file: Path) -> OccupancyGrid:
+    """Grid around points (k, 2), m, of unknown cells, its origin at a multiple of their size.
+
+    Raises:
+        BuildingError: if there are too many cells; names the storey.
+    """
+    if not len(points):
+        points = np.zeros((1, 2))
+    low = np.floor((points.min(axis=0) - _MARGIN) / resolution)
+    high = np.ceil((points.max(axis=0) + _MARGIN) / resolution)
+    cols, rows = (high - low).tolist()
+    if rows * cols > _MOST_CELLS:
+        enough = math.ceil(100 * resolution * math.sqrt(rows * cols / _MOST_CELLS)) / 100
+        raise BuildingError(
+            f"storey {name!r} spans {cols * resolution:.0f} × {rows * resolution:.0f} m: more than "
+            f"{_MOST_CELLS / 1e6:.0f} million cells; use a larger --resolution, as {enough:g}",
+            file=file,
+        )
+    data = np.full((int(rows), int(cols)), UNKNOWN, dtype=np.int8)
+    return OccupancyGrid(
+        data=data, resolution=resolution, X_MG=np.array([*(low * resolution), 0.0])
+    )
 
 
 def room_cells(room: Room, grid: OccupancyGrid) -> Booleans:
@@ -146,27 +183,33 @@ def polygon_cells(polygons: Iterable[Floats], grid: OccupancyGrid) -> Booleans:
     return inside.astype(np.bool_)
 
 
+def inner_distance(cells: Booleans, resolution: float) -> Floats32:
+    """Distance (rows, cols) of ``cells`` to all that is not in them, m; 0 elsewhere."""
+    out = np.zeros(cells.shape, dtype=np.float32)
+    for window in ndimage.find_objects(cells.astype(np.uint8)):
+        inside = np.pad(cells[window], 1)
+        out[window] = np.maximum(signed_distance(~inside, resolution)[1:-1, 1:-1], 0.0)
+    return out
+
+
 def roomiest(cells: Booleans, resolution: float) -> Cell | None:
     """Cell farthest from all that is not in ``cells`` (rows, cols); None if that is empty."""
-    if not cells.any():
-        return None
-    rows, cols = (np.flatnonzero(cells.any(axis=axis)) for axis in (1, 0))
-    window = np.pad(cells[rows[0] : rows[-1] + 1, cols[0] : cols[-1] + 1], 1)
-    clearance = signed_distance(~window, resolution)
-    row, col = divmod(int(np.argmax(clearance)), window.shape[1])
-    return int(rows[0]) + row - 1, int(cols[0]) + col - 1
+    row, col = divmod(int(np.argmax(inner_distance(cells, resolution))), cells.shape[1])
+    return (row, col) if cells[row, col] else None
 
 
-def with_rooms(door: Door, rooms: Iterable[Room]) -> Door:
+def with_rooms(door: Door, rooms: Sequence[Room]) -> Door:
     """Copy a door with the rooms on its two sides, found along its normal."""
-    rooms, normal = tuple(rooms), np.array([-door.direction[1], door.direction[0]])
-    found: dict[str, None] = {}
-    for side in (-1.0, 1.0):
-        # Outwards from the wall's face: a room may end at a lining or begin behind a threshold.
-        for distance in door.depth / 2.0 + np.array([0.05, 0.15, 0.3, 0.5]):
-            point = door.point + side * distance * normal
-            near = [room.id for room in rooms if room.contains(point)]
-            if near:
-                found[near[0]] = None
-                break
-    return replace(door, rooms=tuple(found))
+    found = [room_beside(door, rooms, side) for side in (-1.0, 1.0)]
+    return replace(door, rooms=tuple(dict.fromkeys(room.id for room in found if room)))
+
+
+def room_beside(door: Door, rooms: Sequence[Room], side: float) -> Room | None:
+    """Room on a side of a door, 1 or -1 times its normal; None if there is none."""
+    # Outwards from the wall's face: a room may end at a lining or begin behind a threshold.
+    for distance in door.depth / 2.0 + np.array([0.05, 0.15, 0.3, 0.5]):
+        point = door.point + side * distance * door.normal
+        near = next((room for room in rooms if room.contains(point)), None)
+        if near is not None:
+            return near
+    return None

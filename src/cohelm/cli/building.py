@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cohelm.buildings import (
     BuildingStorey,
-    Door,
     Lift,
+    door_sides,
     lifts_of,
     read_building,
     room_names,
@@ -36,9 +36,10 @@ def building(request: BuildingRequest) -> int:
     Raises:
         CohelmError: if the model or map cannot be read, or a file not be written.
     """
-    folders = [(request.out, "--out"), (request.plot, "--plot")]
+    asked = [(request.out, "--out"), (request.plot, "--plot")]
+    folders = [(folder, key) for folder, key in asked if folder is not None]
     for folder, key in folders:
-        if folder is not None and (folder.suffix == ".png" or folder.is_file()):
+        if folder.suffix == ".png" or folder.is_file():
             raise ConfigError(f"{folder}: name a folder, for the files of all storeys", key=key)
     robot = _robot(request)
     storeys = read_building(
@@ -47,15 +48,12 @@ def building(request: BuildingRequest) -> int:
     if request.out is not None:
         _check_free(request.out, storeys, overwrite=request.overwrite)
     for folder, key in folders:
-        if folder is not None:
-            make_folder(folder, key)
-    written = [] if request.out is None else _write(storeys, request.out)
-    if request.plot is not None:
-        written += _draw(storeys, request.plot)
-    access = _access(request, robot, storeys)
-    if request.report is not None:
-        written.append(request.report)
+        make_folder(folder, key)
     notes: list[str] = []
+    written = [] if request.out is None else _write(storeys, request.out, notes)
+    written += [] if request.plot is None else _draw(storeys, request.plot)
+    access = _access(request, robot, storeys)
+    written += [] if request.report is None else [request.report]
     lifts = lifts_of(storeys, notes)
     if request.json:
         record: dict[str, Any] = {
@@ -81,11 +79,7 @@ def building(request: BuildingRequest) -> int:
 
 
 def _robot(request: BuildingRequest) -> Robot | None:
-    """Chair of the report, once its file can be written; None without a report.
-
-    Raises:
-        ConfigError: if there is no such robot, or the file cannot be written.
-    """
+    """Chair of the report, once its file can be written; None without a report."""
     if request.report is None:
         if request.entrance is not None:
             raise ConfigError("is an option of --report", key="--entrance")
@@ -93,13 +87,12 @@ def _robot(request: BuildingRequest) -> Robot | None:
     from cohelm.plotting import check_folder
     from cohelm.robots import load_robot
 
-    if request.report.suffix.lower() not in {".html", ".htm"}:
-        raise ConfigError(f"{request.report}: a report ends in .html", key="--report")
-    if request.report.exists() and not request.overwrite:
-        raise ConfigError(
-            f"{request.report} exists; name another file, or --overwrite", key="--report"
-        )
-    check_folder(request.report, "--report")
+    file, key = request.report, "--report"
+    if file.suffix.lower() not in {".html", ".htm"}:
+        raise ConfigError(f"{file}: a report ends in .html", key=key)
+    if file.exists() and not request.overwrite:
+        raise ConfigError(f"{file} exists; name another file, or --overwrite", key=key)
+    check_folder(file, key)
     return load_robot(request.robot)
 
 
@@ -117,9 +110,10 @@ def _access(
     return access
 
 
-def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
+def _write(storeys: tuple[BuildingStorey, ...], folder: Path, notes: list[str]) -> list[Path]:
     with Waiting("building the route graph"):
         graph = route_graph(storeys)
+        notes += graph.notes
         written = [
             file
             for storey in storeys
@@ -129,22 +123,16 @@ def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
 
 
 def _check_free(folder: Path, storeys: tuple[BuildingStorey, ...], *, overwrite: bool) -> None:
-    """Refuse to replace files, which somebody may have edited, and to mix buildings.
-
-    Raises:
-        ConfigError: naming the first file that exists, or a storey that is not of this run.
-    """
+    """Refuse to replace files, which somebody may have edited, and to mix buildings."""
     stems = {storey.stem for storey in storeys}
     for file in sorted(folder.glob("*.storey.json")):
         if (stem := file.name.removesuffix(".storey.json")) not in stems:
             problem = f"{folder} has another storey, {stem}, whose graph would not fit any more"
             raise ConfigError(f"{problem}; name another folder", key="--out")
-    for storey in () if overwrite else storeys:
-        for suffix in (".yaml", ".pgm", ".places.yaml", ".storey.json", ".route.geojson"):
-            if (file := folder / f"{storey.stem}{suffix}").exists():
-                raise ConfigError(
-                    f"{file} exists; name another folder, or --overwrite", key="--out"
-                )
+    suffixes = (".yaml", ".pgm", ".speed.yaml", ".places.yaml", ".storey.json", ".route.geojson")
+    for file in (folder / f"{storey.stem}{suffix}" for storey in storeys for suffix in suffixes):
+        if file.exists() and not overwrite:
+            raise ConfigError(f"{file} exists; name another folder, or --overwrite", key="--out")
 
 
 def _counted(products: Iterable[Any], total: int) -> Iterator[Any]:
@@ -155,32 +143,33 @@ def _counted(products: Iterable[Any], total: int) -> Iterator[Any]:
 def _draw(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
     from cohelm.plotting import draw_storey
 
-    files = [folder / f"{storey.stem}.png" for storey in storeys]
-    for storey, file in zip(storeys, files, strict=True):
+    files = {folder / f"{storey.stem}.png": storey for storey in storeys}
+    for file, storey in files.items():
         draw_storey(storey, file)
-    return files
+    return [*files]
 
 
 def _stops(
     lifts: tuple[Lift, ...], storey: BuildingStorey, storeys: tuple[BuildingStorey, ...]
 ) -> list[str]:
     """Lifts of a storey with the other storeys that they serve."""
-    names = {each.number: each.name for each in storeys}
-    found = []
-    for lift in lifts:
-        served = [landing.storey for landing in lift.landings]
-        if storey.number in served:
-            others = ", ".join(names[each] for each in served if each != storey.number)
-            found.append(f"{lift.name} to {others}")
-    return found
+    names = {each.number: each.name for each in storeys if each is not storey}
+    served = {lift.name: [landing.storey for landing in lift.landings] for lift in lifts}
+    return [
+        f"{lift} to {', '.join(names[number] for number in at if number in names)}"
+        for lift, at in served.items()
+        if storey.number in at
+    ]
 
 
 def _record(lift: Lift) -> dict[str, Any]:
-    landings = [
-        {"storey": each.storey, "doors": list(each.doors), "polygon": each.polygon.tolist()}
-        for each in lift.landings
-    ]
-    return {"name": lift.name, "landings": landings}
+    return {
+        "name": lift.name,
+        "landings": [
+            {"storey": each.storey, "doors": list(each.doors), "polygon": each.polygon.tolist()}
+            for each in lift.landings
+        ],
+    }
 
 
 def _print(storey: BuildingStorey, lifts: list[str]) -> None:
@@ -189,8 +178,8 @@ def _print(storey: BuildingStorey, lifts: list[str]) -> None:
     facts = [f"floor at {storey.elevation:.2f} m", f"rooms {len(storey.rooms)}"]
     facts += [f"{kind} {count}" for kind, count in kinds.items()] + lifts
     print_line(f"{storey.number}  {storey.name}: {', '.join(facts)}")
-    names = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
-    sides = [_sides(door, names) for door in storey.doors]
+    names = room_names(storey.rooms)
+    sides = [door_sides(door, names) for door in storey.doors]
     if storey.rooms:
         table = plain_table("room", "number", "area, m²", "leads to")
         for room in storey.rooms:
@@ -216,9 +205,3 @@ def _print_access(report: AccessReport) -> None:
     for room in report.rooms:
         if room.remark:
             print_line(f"{room.name}: {room.remark}")
-
-
-def _sides(door: Door, names: Mapping[str, str]) -> list[str]:
-    """Names of what a door joins."""
-    none = "no room" if door.kind == "passage" else "outside"
-    return [*(names[room] for room in door.rooms), none, none][:2]

@@ -22,7 +22,6 @@ from cohelm.buildings import (
     directions,
     polygon_cells,
     read_storeys,
-    room_places,
     route_graph,
 )
 from cohelm.cli.progress import Waiting
@@ -38,7 +37,7 @@ from cohelm.errors import (
     PlanningError,
     StartBlocked,
 )
-from cohelm.maps import OCCUPIED
+from cohelm.maps import OCCUPIED, Places
 from cohelm.messages import Wish
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.planning.alternatives.alternatives import (
@@ -57,9 +56,7 @@ _ATTEMPTS = 8
 """Routes over the graph that are tried until the chair fits through all of one."""
 _SAME_WALL = 0.6
 """Doors closer than this are one doorway, m."""
-_OTHER_OPTIONS = (
-    "stroke", "keepout", "speed_mask", "filter_info", "crowding", "ordered",
-)  # fmt: skip
+_OTHER_OPTIONS = ("stroke", "keepout", "speed_mask", "filter_info", "crowding", "ordered")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,21 +76,33 @@ def plan_in_building(request: RouteRequest, planner: GlobalPlanner) -> int:
         CohelmError: if the folder holds no building, a place, robot or option is not valid, or
             there is no route.
     """
-    for name in _OTHER_OPTIONS:
-        if getattr(request, name):
-            option = f"--{name.replace('_', '-')}"
-            raise ConfigError("needs one map: name the .yaml of a storey", key=option)
-    if request.alternatives > 1:
-        raise ConfigError("needs one map: name the .yaml of a storey", key="--alternatives")
+    given = [name for name in _OTHER_OPTIONS if getattr(request, name)]
+    for name in [*given, *["alternatives"] * (request.alternatives > 1)]:
+        option = f"--{name.replace('_', '-')}"
+        raise ConfigError("needs one map: name the .yaml of a storey", key=option)
     robot, measuring = load_robot(request.robot), FeatureParameters(speed=request.speed)
     with Waiting("planning"):
-        graph = _graph(Path(request.map))
-        notes: list[str] = []
-        route, legs = _planned(graph, request, robot, planner, notes)
+        try:
+            graph = route_graph(read_storeys(Path(request.map)))
+        except ImportError as cause:
+            problem = f"routes in buildings need more ({cause}): pip install 'cohelm[building]'"
+            raise BuildingError(problem, file=Path(request.map)) from None
+        wishes = _wishes(graph, request)
+        route, legs, notes = _planned(graph, request, robot, planner, wishes)
+        costs = {}
+        for name, others in wishes.each_without().items():
+            try:
+                without = _planned(graph, request, robot, planner, others)[1]
+            except PlanningError:
+                notes.append(f"the wish {name!r} has no price: no route without it was found")
+            else:
+                driven = [sum(leg.found[0].path.length for leg in each) for each in (legs, without)]
+                costs[name] = driven[0] - driven[1]
         steps = directions(graph, route)
         reports = [summary(leg.prepared, leg.found, measuring) for leg in legs]
-        report = _report(request, route, legs, steps, reports)
-        report["notes"] = [*notes, *(note for each in reports for note in each.pop("notes"))]
+        report = _report(request, route, legs, steps, reports) | {"wishes": costs}
+        said = (note for each in reports for note in each.pop("notes"))
+        report["notes"] = [*graph.notes, *notes, *said]
     pictures = [] if request.plot is None else _draw(legs, request.plot)
     if request.json:
         write_json({**report, "written": [str(file) for file in pictures]})
@@ -102,14 +111,6 @@ def plan_in_building(request: RouteRequest, planner: GlobalPlanner) -> int:
     for file in pictures:
         print_line(f"written: {file}")
     return 0
-
-
-def _graph(folder: Path) -> RouteGraph:
-    try:
-        return route_graph(read_storeys(folder))
-    except ImportError as cause:
-        problem = f"routes in buildings need more ({cause}): pip install 'cohelm[building]'"
-        raise BuildingError(problem, file=folder) from None
 
 
 def _wishes(graph: RouteGraph, request: RouteRequest) -> RouteWishes:
@@ -129,9 +130,9 @@ def _planned(
     request: RouteRequest,
     robot: Robot,
     planner: GlobalPlanner,
-    notes: list[str],
-) -> tuple[BuildingRoute, list[_Leg]]:
-    """Route over the graph with a path on each storey.
+    wishes: RouteWishes,
+) -> tuple[BuildingRoute, list[_Leg], list[str]]:
+    """Route over the graph with a path on each storey, and notes on what the chair does not pass.
 
     Where the chair does not fit through a part of a route, that part is closed and the next route
     tried.
@@ -140,10 +141,9 @@ def _planned(
         NoRoute: if none is left; names the first part that closes one.
     """
     start, goal = graph.find(request.start, "--start"), graph.find(request.goal, "--goal")
-    wishes = _wishes(graph, request)
     width = 2.0 * (robot.inscribed_radius + request.clearance)
     thresholds = _thresholds(graph, robot)
-    blocked = {*thresholds}
+    blocked, notes = {*thresholds}, list[str]()
     for _ in range(_ATTEMPTS):
         try:
             route = graph.route(start, goal, width=width, wishes=wishes, blocked=blocked)
@@ -155,13 +155,14 @@ def _planned(
                     route = graph.route(start, goal, width=width, wishes=wishes)
                 except NoRoute:
                     raise cause from None
-                pairs = itertools.pairwise(graph.position(node) for node in route.nodes)
-                because = next(thresholds[p] for p in map(frozenset, pairs) if p in thresholds)
+                pairs = map(frozenset, itertools.pairwise(route.positions))
+                because = next(thresholds[pair] for pair in pairs if pair in thresholds)
             raise NoRoute(
                 start=cause.start, goal=cause.goal, needed=width, because=because
             ) from None
         legs: list[_Leg] = []
-        for nodes in _on_one_storey(route):
+        for part in _on_one_storey(route):
+            nodes = tuple(graph.nodes[i] for i in part)
             problem = _problem(graph, nodes, wishes, robot, request.clearance)
             try:
                 found = find_alternatives(problem, planner, 1, AlternativeCriteria())
@@ -171,13 +172,13 @@ def _planned(
                     isinstance(cause, GoalBlocked) and nodes[-1] is route.nodes[-1]
                 ):
                     raise
-                notes.append(_close(graph, nodes, cause, blocked))
+                notes.append(_close(graph, part, cause, blocked))
                 break
             prepared = prepare(problem, parameters_of(planner))
             storey = graph.storey(nodes[0].storey)
             legs.append(_Leg(storey=storey, nodes=nodes, prepared=prepared, found=found))
         else:
-            return route, legs
+            return route, legs, notes
     raise NoRoute(start=request.start, goal=request.goal, needed=width, because=notes[0])
 
 
@@ -188,28 +189,23 @@ def _thresholds(graph: RouteGraph, robot: Robot) -> dict[frozenset[int], str]:
         edge = graph.edge(one, other)
         height = 0.0 if edge.door is None else edge.door.threshold or 0.0
         if height > robot.max_step_up:
-            where = graph.describe(graph.nodes[one], graph.nodes[other], edge)
             found[frozenset((one, other))] = (
-                f"the robot climbs {robot.max_step_up:.3f} m, the threshold of {where}, is "
-                f"{height:.3f} m high"
+                f"the robot climbs {robot.max_step_up:.3f} m, the threshold of "
+                f"{graph.describe(one, other)}, is {height:.3f} m high"
             )
     return found
 
 
-def _on_one_storey(route: BuildingRoute) -> list[tuple[RouteNode, ...]]:
-    """Nodes of each part between lifts that has a length."""
-    parts: list[list[RouteNode]] = [[route.nodes[0]]]
-    for node, edge in zip(route.nodes[1:], route.edges, strict=True):
-        parts.append([node]) if edge.kind == "lift" else parts[-1].append(node)
-    return [tuple(part) for part in parts if len(part) > 1]
+def _on_one_storey(route: BuildingRoute) -> list[list[int]]:
+    """Positions of the nodes of each part between lifts that has a length."""
+    parts = [[route.positions[0]]]
+    for i, edge in zip(route.positions[1:], route.edges, strict=True):
+        parts.append([i]) if edge.kind == "lift" else parts[-1].append(i)
+    return [part for part in parts if len(part) > 1]
 
 
 def _problem(
-    graph: RouteGraph,
-    nodes: tuple[RouteNode, ...],
-    wishes: RouteWishes,
-    robot: Robot,
-    clearance: float,
+    graph: RouteGraph, nodes: tuple[RouteNode, ...], wishes: RouteWishes, robot: Robot, room: float
 ) -> RouteProblem:
     """Planning problem on one storey, whose doors are closed unless the route uses them."""
     storey = graph.storey(nodes[0].storey)
@@ -221,9 +217,8 @@ def _problem(
         near = any(np.linalg.norm(door.point - point) < _SAME_WALL for point in used)
         if not near and door.kind != "open border" and door.id not in of_lifts:
             half = max(door.opening, door.width) / 2.0
-            data[polygon_cells([door.part(-half, half, storey.grid.resolution)], storey.grid)] = (
-                OCCUPIED
-            )
+            closed = door.part(-half, half, storey.grid.resolution)
+            data[polygon_cells([closed], storey.grid)] = OCCUPIED
     zones = tuple(
         Wish(kind="avoid", points=polygon, hard=room.id in wishes.closed)
         for room in storey.rooms
@@ -232,15 +227,12 @@ def _problem(
     )
     return RouteProblem(
         grid=replace(storey.grid, data=data), robot=robot, start=nodes[0].point,
-        goal=nodes[-1].point, wishes=zones, clearance=clearance,
+        goal=nodes[-1].point, wishes=zones, clearance=room,
     )  # fmt: skip
 
 
 def _close(
-    graph: RouteGraph,
-    nodes: tuple[RouteNode, ...],
-    cause: PlanningError,
-    blocked: set[frozenset[int]],
+    graph: RouteGraph, part: list[int], cause: PlanningError, blocked: set[frozenset[int]]
 ) -> str:
     """Close the part of a route where a path failed, and say why.
 
@@ -248,7 +240,6 @@ def _close(
     rather than the way up to it.
     """
     passage = cause.passage if isinstance(cause, NoPath) else None
-    places = [graph.position(node) for node in nodes]
 
     def order(pair: tuple[int, int]) -> tuple[float, float]:
         edge = graph.edge(*pair)
@@ -257,10 +248,9 @@ def _close(
         away = float(np.linalg.norm(edge.points - passage.point, axis=1).min())
         return away + (0.0 if edge.kind == "door" else 0.6), edge.clear_width
 
-    one, other = min(itertools.pairwise(places), key=order)
+    one, other = min(itertools.pairwise(part), key=order)
     blocked.add(frozenset((one, other)))
-    where = graph.describe(graph.nodes[one], graph.nodes[other], graph.edge(one, other))
-    return f"the robot does not get through {where}: {passage or cause}"
+    return f"the robot does not get through {graph.describe(one, other)}: {passage or cause}"
 
 
 def _report(
@@ -273,25 +263,21 @@ def _report(
     """Content of ``--json``."""
     wait = float(sum(edge.wait for edge in route.edges))
     return {
-        "start": request.start,
-        "goal": request.goal,
+        "start": request.start, "goal": request.goal,
         "length": float(sum(each["length"] for each in reports)),
         "estimated_time": float(sum(each["estimated_time"] for each in reports)) + wait,
         "lift_time": wait,
         "clear_width": route.clear_width if math.isfinite(route.clear_width) else None,
         "directions": [{**dataclasses.asdict(step), "text": step.text} for step in steps],
-        "graph": {"length": route.length, "shortest": route.shortest, "wishes": route.wishes},
         "legs": [
             {
-                "storey": leg.storey.name,
-                "map": f"{leg.storey.stem}.yaml",
-                "from": leg.nodes[0].name,
-                "to": leg.nodes[-1].name,
+                "storey": leg.storey.name, "map": f"{leg.storey.stem}.yaml",
+                "from": leg.nodes[0].name, "to": leg.nodes[-1].name,
                 **{key: each for key, each in report.items() if key != "alternatives"},
             }
             for leg, report in zip(legs, reports, strict=True)
         ],
-    }
+    }  # fmt: skip
 
 
 def _print(report: dict[str, Any]) -> None:
@@ -306,7 +292,7 @@ def _print(report: dict[str, Any]) -> None:
     print_line(f"{report['length']:.1f} m, {report['estimated_time']:.0f} s{lifts}")
     for number, step in enumerate(report["directions"], 1):
         print_line(f"{number}. {step['text']}")
-    for wish, extra in report["graph"]["wishes"].items():
+    for wish, extra in report["wishes"].items():
         words = {"avoid": "the rooms to avoid cost", "closed": "the rooms never to enter cost"}
         print_line(f"{words.get(wish, f'the wish {wish!r} costs')} {round(extra, 1) + 0.0:+.1f} m")
     for note in report["notes"]:
@@ -323,7 +309,7 @@ def _draw(legs: list[_Leg], file: Path) -> list[Path]:
         files.append(file.with_name(name) if len(legs) > 1 else file)
         record = PlanRecord(
             problem=leg.prepared.problem, path=leg.found[0].path, costmap=leg.prepared.costmap,
-            places=room_places(leg.storey),
+            places=Places(places=leg.storey.places),
         )  # fmt: skip
         draw_plan(record, files[-1], title=leg.storey.name)
     return files

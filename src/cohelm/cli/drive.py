@@ -17,6 +17,7 @@ from cohelm.arrays import replace, value
 from cohelm.cli import parsing, platform_file
 from cohelm.cli.requests import DriveRequest, RunRequest
 from cohelm.cli.scenario_request import check_record, scenario_of
+from cohelm.config import nearest
 from cohelm.errors import ConfigError
 from cohelm.live import DriveSetup, DriveStorey, NextStorey
 from cohelm.live.messages import Limits
@@ -24,6 +25,7 @@ from cohelm.live.sessions.records import default_folder
 from cohelm.maps import distance_field, places_beside, read_map
 from cohelm.planning.free_space import check_free_space
 from cohelm.scenarios import Scenario
+from cohelm.scenarios.objects import Mask
 from cohelm.scenarios.scenario import robot_of
 
 EXTRA = ("fastapi", "uvicorn", "websockets", "cryptography", "qrcode")
@@ -79,9 +81,16 @@ def drive_setup(request: DriveRequest, files: contextlib.ExitStack, storey: str 
     building = None
     if request.map is not None and Path(request.map).is_dir():
         building = drive_building(Path(request.map))
-        storey = storey or building.storey_of(request.start)
-        request = replace(request, map=str(building.maps[storey]))
+        there, start = building.start_of(request.start)
+        storey = storey or there
+        request = replace(request, map=str(building.maps[storey]), start=start)
     scenario = scenario_of_drive(request)
+    if (
+        building is not None
+        and (slow := building.maps[storey].with_suffix(".speed.yaml")).is_file()
+    ):
+        near_doors = Mask(type="speed_percent", file=str(slow.resolve()))
+        scenario = scenario.model_copy(update={"filters": (*scenario.filters, near_doors)})
     if name is not None:
         plugins.load("platforms", name)
         scenario = scenario.model_copy(update={"platform": {"use": name}})
@@ -109,11 +118,27 @@ class DriveBuilding:
     storeys: tuple[DriveStorey, ...]
     maps: Mapping[str, Path]
     """Map files by the storey's name."""
+    numbers: Mapping[str, str]
+    """Names of the storeys by their number."""
 
-    def storey_of(self, start: str | None) -> str:
-        """Name of the first storey with the place ``start``; the lowest if it is no place."""
-        named = [s.name for s in self.storeys if start in s.places]
-        return named[0] if named else self.storeys[0].name
+    def start_of(self, start: str | None) -> tuple[str, str | None]:
+        """Name of the storey of a start, and the start there.
+
+        ``PLACE @ STOREY`` names it, or gives its number; else the first one with that place, or the
+        lowest.
+
+        Raises:
+            ConfigError: if there is no such storey.
+        """
+        text = start or ""
+        named = [s.name for s in self.storeys if text.casefold() in map(str.casefold, s.places)]
+        place, _, where = (part.strip() for part in text.rpartition("@"))
+        if named or not place:
+            return (named or [self.storeys[0].name])[0], start
+        known = {**{name.casefold(): name for name in self.maps}, **self.numbers}
+        if where.casefold() not in known:
+            raise ConfigError(f"no storey {where!r}{nearest(where, self.maps)}", key="--start")
+        return known[where.casefold()], place
 
 
 def drive_building(folder: Path) -> DriveBuilding:
@@ -131,20 +156,20 @@ def drive_building(folder: Path) -> DriveBuilding:
         raise ConfigError(f"{folder}: no storey there has a map", key="--map")
     same = Counter(each.name for each in storeys)
     names = {s.number: s.name if same[s.name] == 1 else f"{s.name} ({s.number})" for s in storeys}
-    found = []
+    found, joined = [], lifts_of(written)
     for storey in storeys:
-        rooms = dict(zip((r.id for r in storey.rooms), room_names(storey.rooms), strict=True))
-        lifts = {}
-        for lift in lifts_of(written):
+        rooms, lifts = room_names(storey.rooms), {}
+        for lift in joined:
             landings = {each.storey: each for each in lift.landings}
             if storey.number in landings:
                 place = rooms.get(landings[storey.number].room, lift.name)
                 others = (k for k in names if k in landings and k != storey.number)
                 lifts[place] = tuple(names[k] for k in others)
-        number, places = storey.number, places_beside(files[storey.number]).names
-        found.append(DriveStorey(name=names[number], grid=storey.grid, places=places, lifts=lifts))
+        name, places = names[storey.number], tuple(each.name for each in storey.places)
+        found.append(DriveStorey(name=name, grid=storey.grid, places=places, lifts=lifts))
     maps = {name: files[number] for number, name in names.items()}
-    return DriveBuilding(storeys=tuple(found), maps=maps)
+    numbers = {str(number): name for number, name in names.items()}
+    return DriveBuilding(storeys=tuple(found), maps=maps, numbers=numbers)
 
 
 def _setup(scenario: Scenario, limits: Limits | None, request: DriveRequest) -> DriveSetup:

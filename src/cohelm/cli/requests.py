@@ -256,7 +256,7 @@ class BuildingRequest:
     """Options of ``cohelm building``."""
 
     model: Annotated[
-        Path, typer.Argument(metavar="MODEL", help="IFC model, or a map as Nav2 map_server YAML.")
+        Path, typer.Argument(metavar="MODEL", help="IFC, IndoorGML, osmAG, or a Nav2 map's YAML.")
     ]
     storey: Annotated[
         str | None,
