@@ -10,8 +10,14 @@ from cohelm.benchmarks.bench import Result
 from cohelm.benchmarks.claims import AGREES, CONTRADICTS, UNCLEAR
 from cohelm.benchmarks.rides import report, sharing
 from cohelm.benchmarks.rides.modes import MODES
-from cohelm.benchmarks.rides.sharing_families import FAMILIES
-from cohelm.benchmarks.rides.sharing_report import HYPOTHESES, gain_notes, sharing_report
+from cohelm.benchmarks.rides.sharing_families import FAMILIES, REAL_HANDS, SPLIT
+from cohelm.benchmarks.rides.sharing_report import (
+    CROSSED_HYPOTHESES,
+    EVERY,
+    HYPOTHESES,
+    gain_notes,
+    sharing_report,
+)
 from cohelm.errors import ConfigError
 from cohelm.evaluation.report.rides import Rides
 from cohelm.scenarios.build import build_scenario
@@ -43,6 +49,14 @@ def test_riders_take_seeds_in_turn():
     for all_riders, one in zip(whole, turns, strict=True):
         assert len(one) == len(MODES)
         assert set(one) <= set(all_riders)
+
+
+def test_the_crossed_study_has_the_split_families_with_difficult_hands():
+    tasks = sharing.create(crossed=True, rotate=True).tasks(range(5))
+    ridden = {(columns(task[0])["family"], columns(task[0])["rider"]) for task in tasks}
+    assert ridden == {(family, hand) for family in SPLIT for hand in REAL_HANDS}
+    with pytest.raises(ConfigError, match="no family is called 'hands'"):
+        sharing.create(crossed=True, families="hands")
 
 
 def test_rides_of_one_scene_and_seed_differ_in_rider_and_mode_alone():
@@ -123,6 +137,22 @@ def test_a_hypothesis_is_judged_by_paired_arrivals(tmp_path, monkeypatch, shared
     monkeypatch.setattr(report, "write_results", lambda *_, **__: ())
     found = sharing_report(results({"shared": shared, "autonomous": alone}), tmp_path, "title")
     assert [each["result"] for each in found.summary["verdicts"]] == [verdict]
+
+
+def test_shared_is_better_than_both_only_where_both_intervals_are_above_zero(tmp_path, monkeypatch):
+    monkeypatch.setattr(report, "write_results", lambda *_, **__: ())
+    rows = results({"shared": 9, "manual": 2, "autonomous": 1}, rider="tremor")
+    rows += results({"shared": 5, "manual": 9, "autonomous": 0}, rider="noisy", family="way")
+    found = sharing_report(rows, tmp_path, "title", CROSSED_HYPOTHESES)
+    sheet = next(each for each in found.sheets if each.title.startswith("shared better"))
+    both = {row[:2]: row for row in sheet.rows}
+    assert both["unseen", "tremor"][-1] == "yes"
+    assert both["unseen", "tremor"][2:6] == ("9 of 10", "2 of 10", "1 of 10", "+70.0 [40.0, 100.0]")
+    assert both["way", "noisy"][-1] == "no"
+    assert both[EVERY, "all hands"][-1] == "open"
+    assert ("unseen", "noisy") not in both
+    judged = {each["claim"]: each["result"] for each in found.summary["verdicts"]}
+    assert len(found.summary["verdicts"]) == 6, judged
 
 
 def test_where_shared_loses_is_said(tmp_path, monkeypatch):

@@ -26,6 +26,13 @@ _DERIVED: Mapping[str, RideMeasure] = {
     "touch_speed": RideMeasure("fastest contact", "m/s", -1, Family.SAFETY),
     "collision_speed": RideMeasure("fastest collision with a person", "m/s", -1, Family.SAFETY),
     "delay": RideMeasure("delay over empty floor", "s", -1, digits=1),
+    "collisions": RideMeasure("collisions", "", -1, Family.SAFETY),
+    "path_length_ratio": RideMeasure("path length over the straight line", "", -1),
+    "path_irregularity": RideMeasure("path irregularity", "rad", -1),
+    "goal_traversal_ratio": RideMeasure("distance left over distance at the start", "", -1),
+    "motion_energy": RideMeasure("motion energy", "m²/s", -1, digits=1),
+    "closest_pedestrian": RideMeasure("centre of the nearest person, mean", "m", 1),
+    "socnavbench_ttc": RideMeasure("time to collision, mean", "s", 1),
 }
 """Measures of benchmarks beyond those of a ride's row."""
 _MAXIMA = ("touch_speed", "collision_speed")

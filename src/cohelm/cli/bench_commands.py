@@ -104,6 +104,10 @@ BENCHES = {
         "cohelm.benchmarks.external.socnav1",
         "Measures of the distance to people beside ratings of people (SocNav1).",
     ),
+    "socnavbench": (
+        "cohelm.benchmarks.external.socnavbench",
+        "SocNavBench's episodes: all local planners among recorded people.",
+    ),
     "solver": (
         "cohelm.benchmarks.solver.bench",
         "Solver of ss_mpc_dcbf compared with IPOPT: time, optima and failures.",
@@ -111,6 +115,10 @@ BENCHES = {
     "speed": (
         "cohelm.benchmarks.ride_speed",
         "Real-time factor of simulation, perception and planning.",
+    ),
+    "swadapt": (
+        "cohelm.benchmarks.rides.swadapt",
+        "Circuits of the SWADAPT trials: collisions of simulated riders by mode.",
     ),
     "twin": (
         "cohelm.benchmarks.rides.twin",

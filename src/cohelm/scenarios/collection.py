@@ -20,6 +20,7 @@ class Collection(StrEnum):
     CHANGING = "changing"
     SHARING = "sharing"
     DOORWAYS = "doorways"
+    CIRCUITS = "circuits"
     FLOORS = "floors"
 
     @property
@@ -40,5 +41,6 @@ _HEADINGS = {
     Collection.CHANGING: "Obstacles and doors that are not on the map",
     Collection.SHARING: "Knowledge split between rider and chair",
     Collection.DOORWAYS: "Narrow places",
+    Collection.CIRCUITS: "Circuits of clinical trials",
     Collection.FLOORS: "Floors with edges, steps and slopes",
 }

@@ -10,8 +10,8 @@ from typing import Annotated, Any
 from cohelm.benchmarks.bench import Result, chosen_names, unset
 from cohelm.benchmarks.options import Modes, Settings, flag, names
 from cohelm.benchmarks.rides.modes import modes_of, riders_of
-from cohelm.benchmarks.rides.sharing_families import FAMILIES, beside_start
-from cohelm.benchmarks.rides.sharing_report import sharing_report
+from cohelm.benchmarks.rides.sharing_families import FAMILIES, REAL_HANDS, SPLIT, beside_start
+from cohelm.benchmarks.rides.sharing_report import CROSSED_HYPOTHESES, HYPOTHESES, sharing_report
 from cohelm.benchmarks.study import Grid, Study, Variant, common
 from cohelm.evaluation.episode.ride import Ride
 from cohelm.evaluation.metrics.wanted import as_wanted, entered_avoided_floor, places_missed
@@ -39,17 +39,27 @@ def create(
         bool,
         flag("--rotate", "One rider per scene and seed, in turn: a quarter of the rides."),
     ] = False,
+    crossed: Annotated[
+        bool,
+        flag("--crossed", "Unseen, old-map, goal and way with five difficult hands."),
+    ] = False,
 ) -> Study:
     """Create the study from its options; names are comma-separated.
 
     With ``rotate`` one rider drives per scene and seed, in turn: a quarter of the rides in most
-    families.
+    families. With ``crossed`` riders with difficult hands have the knowledge that the chair lacks.
 
     Raises:
         ConfigError, PluginError, ScenarioError: if a family, a mode or a setting does not exist.
     """
     unset(settings, COMPARED)
-    found = chosen_names(families, "--families", FAMILIES, kind="family", known=FAMILIES)
+    known = SPLIT if crossed else tuple(FAMILIES)
+    found = chosen_names(families, "--families", known, kind="family", known=known)
+    hands_of = {
+        scene: REAL_HANDS if crossed else riders
+        for name in found
+        for scene, riders in FAMILIES[name].scenes.items()
+    }
     scenes = tuple(
         Variant(
             columns=(("family", name), ("scene", scene)),
@@ -59,15 +69,14 @@ def create(
         for name in found
         for scene in FAMILIES[name].scenes
     )
-    hands = {
-        hand: None for name in found for each in FAMILIES[name].scenes.values() for hand in each
-    }
+    hands = dict.fromkeys(hand for riders in hands_of.values() for hand in riders)
     plan = Grid(
         (scenes, common(settings), riders_of(hands), tuple(map(_driven, modes_of(modes)))),
         compared=2,
-        keep=_rotated if rotate else _rides,
+        keep=partial(_rotated if rotate else _rides, hands_of),
     )
-    report = partial(sharing_report, title=TITLE)
+    claims = CROSSED_HYPOTHESES if crossed else HYPOTHESES
+    report = partial(sharing_report, title=TITLE, hypotheses=claims)
     return Study(TITLE, plan, report, ride_wanted).checked("rider")
 
 
@@ -77,14 +86,18 @@ def _driven(mode: Variant) -> Variant:
     return replace(mode, settings=(*mode.settings, *(("rider.use=none",) if alone else ())))
 
 
-def _rides(columns: Mapping[str, str], seed: int, seeds: range) -> bool:
+_Hands = Mapping[str, Sequence[str]]
+"""Scenario → its riders."""
+
+
+def _rides(hands_of: _Hands, columns: Mapping[str, str], seed: int, seeds: range) -> bool:
     """Check that the rider is one of the scene's."""
-    return columns["rider"] in FAMILIES[columns["family"]].scenes[columns["scene"]]
+    return columns["rider"] in hands_of[columns["scene"]]
 
 
-def _rotated(columns: Mapping[str, str], seed: int, seeds: range) -> bool:
+def _rotated(hands_of: _Hands, columns: Mapping[str, str], seed: int, seeds: range) -> bool:
     """Check that it is the rider's turn."""
-    riders = FAMILIES[columns["family"]].scenes[columns["scene"]]
+    riders = hands_of[columns["scene"]]
     return columns["rider"] == riders[seed % len(riders)]
 
 

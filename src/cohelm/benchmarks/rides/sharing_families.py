@@ -12,6 +12,10 @@ from cohelm.simulation import generator
 
 HANDS = ("ideal", "tremor", "eight_directions", "noisy")
 """Riders of the families in which the chair lacks knowledge."""
+REAL_HANDS = ("tremor", "one_switch", "eight_directions", "biased", "noisy")
+"""Riders of the crossed study: hands that are difficult in themselves."""
+SPLIT = ("unseen", "old-map", "goal", "way")
+"""Families of the crossed study: the rider knows what the chair does not."""
 SHIFT = 0.15
 """Largest sideways shift of a start, m."""
 TURN = 5.0

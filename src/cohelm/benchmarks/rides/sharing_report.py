@@ -12,7 +12,7 @@ from cohelm.benchmarks.bench import BenchReport, Result, Sheet
 from cohelm.benchmarks.claims import AGREES, CONTRADICTS, UNCLEAR, Verdict
 from cohelm.benchmarks.ride_figures import SOFT
 from cohelm.benchmarks.rides.report import Findings, ReportSpec, finish, rides_by
-from cohelm.benchmarks.rides.sharing_families import FAMILIES, FAST
+from cohelm.benchmarks.rides.sharing_families import FAMILIES, FAST, SPLIT
 from cohelm.benchmarks.tables import (
     column,
     difference_table,
@@ -43,17 +43,29 @@ class Hypothesis(NamedTuple):
     """Statement about two modes in one family, made before the rides."""
 
     family: str
+    """Or ``EVERY``."""
     worse: str
     """Mode than which ``shared`` is expected to be better."""
 
 
+EVERY = "all families"
 HYPOTHESES = (
-    *(Hypothesis(family, "autonomous") for family in ("unseen", "old-map", "goal", "way")),
+    *(Hypothesis(family, "autonomous") for family in SPLIT),
     Hypothesis("hands", "manual"),
+)
+ALONE = ("manual", "autonomous")
+"""Modes in which only one of the two drives."""
+CROSSED_HYPOTHESES = tuple(
+    Hypothesis(family, alone) for family in (EVERY, *SPLIT) for alone in ALONE
 )
 
 
-def sharing_report(results: Sequence[Result], folder: Path, title: str) -> BenchReport:
+def sharing_report(
+    results: Sequence[Result],
+    folder: Path,
+    title: str,
+    hypotheses: Sequence[Hypothesis] = HYPOTHESES,
+) -> BenchReport:
     """Report of rides with the columns of ``BY``."""
     rides = Rides([result.row for result in results], BY)
     modes = rides_by(rides, "mode")
@@ -65,6 +77,7 @@ def sharing_report(results: Sequence[Result], folder: Path, title: str) -> Bench
             difference_table(_heading(name), each, SHARED, COMPARED, "mode")
             for name, each in families.items()
         ),
+        both_sheet(rides),
         collision_sheet(families),
         count_sheet(rides),
         gain_sheet(scenes),
@@ -78,7 +91,9 @@ def sharing_report(results: Sequence[Result], folder: Path, title: str) -> Bench
             "modes": figures(modes, MEASURES),
         },
         verdicts=tuple(
-            _judged(each, families) for each in HYPOTHESES if _is_ridden(each, families)
+            _judged(each, {**families, EVERY: modes})
+            for each in hypotheses
+            if _is_ridden(each, {**families, EVERY: modes})
         ),
     )
     spec = ReportSpec(
@@ -89,6 +104,40 @@ def sharing_report(results: Sequence[Result], folder: Path, title: str) -> Bench
         limitations=LIMITATIONS,
     )
     return finish(results, folder, spec, found, families)
+
+
+def both_sheet(rides: Rides) -> Sheet:
+    """Gain of ``shared`` over either side alone, by family, by hand, and by both.
+
+    The last column is ``yes`` where both intervals lie above 0, ``no`` where one lies below.
+    """
+    families, hands = rides_by(rides, "family"), rides_by(rides, "rider")
+    groups = {(EVERY, "all hands"): rides}
+    groups |= {(name, "all hands"): each for name, each in families.items()}
+    groups |= {(EVERY, hand): each for hand, each in hands.items()}
+    groups |= {
+        (name, hand): each.only(rider=hand) for name, each in families.items() for hand in hands
+    }
+    rows = []
+    for names, each in groups.items():
+        by = rides_by(each, "mode")
+        if not {SHARED, *ALONE} <= by.keys():
+            continue
+        gains = [gain(by[SHARED], by[mode]) for mode in ALONE]
+        better = "yes" if all(g.low > 0.0 for g in gains) else "open"
+        rows.append(
+            (
+                *names,
+                *(_count(by[mode]) for mode in (SHARED, *ALONE)),
+                *(signed_text(g, OUTCOME) for g in gains),
+                "no" if any(g.high < 0.0 for g in gains) else better,
+            )
+        )
+    return Sheet(
+        title="shared better than either side alone: arrived as wanted, points [95 % interval]",
+        columns=("family", "rider", SHARED, *ALONE, *(f"shared - {m}" for m in ALONE), "both"),
+        rows=tuple(rows),
+    )
 
 
 def collision_sheet(families: Mapping[str, Mapping[str, Rides]]) -> Sheet:
@@ -176,11 +225,12 @@ def gain(one: Rides, other: Rides) -> Estimate:
 
 def _judged(claim: Hypothesis, families: Mapping[str, Mapping[str, Rides]]) -> Verdict:
     by_mode = families[claim.family]
+    where = claim.family if claim.family == EVERY else f"family {claim.family}"
     shared, other = by_mode[SHARED], by_mode[claim.worse]
     found = gain(shared, other)
     result = AGREES if found.low > 0.0 else CONTRADICTS if found.high < 0.0 else UNCLEAR
     return Verdict(
-        f"family {claim.family}",
+        where,
         f"{SHARED} arrives as wanted more often than {claim.worse}",
         f"{_count(shared)}, {claim.worse} {_count(other)}, {signed_text(found, OUTCOME)} points",
         result=result,

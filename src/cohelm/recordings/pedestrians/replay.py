@@ -21,6 +21,7 @@ from cohelm.geometry import transform
 from cohelm.recordings.outside_data import outside_data
 from cohelm.recordings.pedestrians.crowdnav import STEP, read_cases
 from cohelm.recordings.pedestrians.scales import Unit
+from cohelm.recordings.pedestrians.socnavbench import read_episode
 from cohelm.recordings.pedestrians.trajectories import (
     Trajectories,
     read_trajectories,
@@ -46,14 +47,17 @@ class Replay:
         """Film, its time window, and its position on the map."""
 
         file: str = ""
-        """Trajectories: obsmat, social-lstm, HERMES or JuPedSim text, or CrowdNav's npz. Searched
-        as given, beside the scenario, and in the folder COHELM_DATA; empty: no people."""
+        """Trajectories: obsmat, social-lstm, HERMES or JuPedSim text, CrowdNav's npz, or the ini of
+        SocNavBench's episodes. Searched as given, beside the scenario, and in the folder
+        COHELM_DATA; empty: no people."""
         unit: Unit | None = None
         """Unit of the positions in a text; None: as its header or format says."""
         step: float | None = Field(None, gt=0.0, le=10.0)
         """Time between two frames of a text, s; None: as its header or format says."""
         case: int = Field(0, ge=0)
         """Number of the case in an npz file."""
+        episode: str = ""
+        """Section of an ini file of SocNavBench's episodes."""
         begin: float = Field(0.0, ge=0.0, le=1e6)
         """Time of the film at which the ride begins, s since its first frame."""
         seconds: float = Field(180.0, gt=0.0, le=3600.0)
@@ -177,7 +181,7 @@ class Replay:
         p = self.parameters
         if not p.file:
             return _NO_PEOPLE
-        film = _whole(_found(p.file), p.case, p.unit, p.step)
+        film = _whole(_found(p.file), p.episode or p.case, p.unit, p.step)
         return _window(film, p.begin, p.begin + p.seconds)
 
 
@@ -196,7 +200,9 @@ def _window(film: Trajectories, begin: float, end: float) -> Trajectories:
 
 
 @lru_cache(maxsize=4)
-def _whole(file: Path, case: int, unit: Unit | None, step: float | None) -> Trajectories:
+def _whole(file: Path, case: int | str, unit: Unit | None, step: float | None) -> Trajectories:
+    if isinstance(case, str):
+        return read_episode(file, case)[0]
     if file.suffix != ".npz":
         return read_trajectories(file, unit=unit, step=step)
     cases = read_cases(file)
