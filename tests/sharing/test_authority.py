@@ -240,6 +240,7 @@ def test_held_against_the_travel_it_asks_for_a_stop_after_a_while_and_until_let_
         ((0.0, 1.0), ROLLING),  # aside
         ((1.0, 0.0), ROLLING),  # with the travel
         (BACK, (0.0, 0.0, 0.0)),  # at rest it asks to go back
+        (BACK, (0.02, 0.0, 0.1)),  # as odometry and a turn on the spot say it
         (BACK, (-0.2, 0.0, 0.0)),  # and rolling back it goes with the travel
     ],
 )

@@ -23,6 +23,8 @@ from cohelm.robots import Robot
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _CENTRED: Floats = read_only(np.zeros(2))
 """Deflection of a released stick."""
+_TRAVELS = 0.05
+"""Speed from which a chair travels forwards, m/s: odometry at rest is not exactly 0 (assumed)."""
 
 
 class AuthorityParameters(Model):
@@ -202,7 +204,7 @@ def _against_since(
         return math.inf
     if math.isfinite(memory.against_since):
         return memory.against_since
-    return now if twist[0] > 0.0 else math.inf
+    return now if twist[0] > _TRAVELS else math.inf
 
 
 def _rider_states(
