@@ -1,14 +1,8 @@
-"""Places to drive a laser through, and people who walk there; what is then made of its way."""
+"""Places to drive a laser through, and people who walk there."""
 
 import numpy as np
 
-from cohelm.geometry import compose, inverse, wrap_angle
-from cohelm.perception import update_ego_motion
-from cohelm.perception.laser_odometry.scan_features import features_of_scan
-
 from .rays import Laser, box, room
-
-NOTHING = np.empty((0, 3))
 
 
 def furnished(beams=720, noise=0.01, seed=0):
@@ -53,24 +47,3 @@ def walkers(count, seed=0):
         return np.column_stack([np.concatenate(legs), np.full(2 * count, 0.06)])
 
     return at
-
-
-def drive(laser, where, seconds, discs=NOTHING, people=lambda _: NOTHING, rate=10.0, start=0.0):
-    """Yields (the way so far, the true pose since the start) after each scan."""
-    way, first = None, np.asarray(where(start), dtype=float)
-    for k in range(round(seconds * rate)):
-        time = start + k / rate
-        pose = np.asarray(where(time), dtype=float)
-        scan, _ = laser.scan(time, pose, np.concatenate([discs, people(time)]))
-        way = update_ego_motion(way, features_of_scan(scan), time)
-        yield way, compose(inverse(first), pose)
-
-
-def errors(driven):
-    """(m, rad) after each scan."""
-    return np.array(
-        [
-            (np.hypot(*(way.pose - true)[:2]), abs(wrap_angle(way.pose[2] - true[2])))
-            for way, true in driven
-        ]
-    )

@@ -1,7 +1,5 @@
 """Small bags, written by rosbags."""
 
-import struct
-
 import numpy as np
 from rosbags import rosbag1, rosbag2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -171,13 +169,6 @@ def write(path, messages, kind="bag", compression=None):
                 )
             writer.write(topics[topic], round(received * 1e9), author.bytes(message))
     return path
-
-
-def unindexed(data):
-    """A ROS 1 bag as a recorder leaves it that was killed: no index, and none is announced."""
-    at = data.index(b"index_pos=") + len(b"index_pos=")
-    (index,) = struct.unpack_from("<Q", data, at)
-    return data[:at] + bytes(8) + data[at + 8 : index]
 
 
 def walk(author, count=5, frame="laser"):

@@ -91,24 +91,16 @@ def test_scans_of_a_type_that_is_not_read_are_named(tmp_path):
 
 @pytest.mark.parametrize("kind", ["mcap", "db3"])
 @pytest.mark.parametrize("compression", ["zstd", "lz4", "bz2"])
-@pytest.mark.parametrize("opened", ["folder", "folder without metadata", "file", "file alone"])
-def test_compressed_messages_are_read_with_and_without_metadata(
-    tmp_path, kind, compression, opened
-):
+def test_compressed_messages_are_read(tmp_path, kind, compression):
     bag = write(tmp_path / "bag", walk(ROS2), kind, "MESSAGE")
     repack(bag, kind, compression)
-    if opened in {"folder without metadata", "file alone"}:
-        (bag / "metadata.yaml").unlink()
-    recording = open_recording(bag / f"bag.{kind}" if "file" in opened else bag)
-    assert middle(recording) == RANGES
+    assert middle(open_recording(bag)) == RANGES
 
 
 def repack(bag, kind, compression):
     """Compress the messages otherwise."""
     module = {"zstd": "backports.zstd", "lz4": "lz4.frame", "bz2": "bz2"}[compression]
     compress = importlib.import_module(module).compress
-    about = bag / "metadata.yaml"
-    about.write_text(about.read_text().replace("zstd", compression))
     messages = [compress(data) for data in scans(ROS2)]
     file = bag / f"bag.{kind}"
     if kind == "mcap":
@@ -119,26 +111,6 @@ def repack(bag, kind, compression):
             database.execute("UPDATE messages SET data = ? WHERE id = ?", (data, k + 1))
 
 
-@pytest.mark.parametrize("alone", [True, False])
-def test_a_compression_that_is_not_read_is_named(tmp_path, alone):
-    bag = write(tmp_path / "bag", walk(ROS2), "db3", "MESSAGE")
-    with sqlite3.connect(bag / "bag.db3") as database:
-        database.execute("UPDATE messages SET data = ?", (b"\xfd7zXZ\x00",))
-    about = bag / "metadata.yaml"
-    about.write_text(about.read_text().replace("zstd", "xz"))
-    with pytest.raises(RecordingError, match="compressed with 'xz'"):
-        list(open_recording(bag / "bag.db3" if alone else bag))
-
-
-def test_metadata_that_claim_compression_of_plain_messages_do_no_harm(tmp_path):
-    bag = write(tmp_path / "bag", walk(ROS2), "mcap")
-    about = bag / "metadata.yaml"
-    text = about.read_text().replace("compression_mode: ''", "compression_mode: MESSAGE")
-    about.write_text(text.replace("compression_format: ''", "compression_format: zstd"))
-    assert "MESSAGE" in about.read_text()
-    assert middle(open_recording(bag)) == RANGES
-
-
 def test_a_database_in_another_encoding_names_it(tmp_path):
     bag = write(tmp_path / "bag", walk(ROS2), "db3")
     with sqlite3.connect(bag / "bag.db3") as database:
@@ -147,36 +119,28 @@ def test_a_database_in_another_encoding_names_it(tmp_path):
         list(open_recording(bag))
 
 
-def test_every_topic_of_which_nothing_is_read_has_its_reason_and_count(tmp_path):
+def test_every_topic_of_which_nothing_is_read_has_its_reason(tmp_path):
     file = mcap(
         tmp_path / "a.mcap",
         ("/scan", LONG, "ros2msg", "cdr", [b"\0\1\0\0" + bytes([k]) * 9 for k in range(30)]),
         ("/points", "sensor_msgs/msg/PointCloud2", "ros2msg", "json", [b"{}"] * 20),
     )
-    with pytest.raises(RecordingError, match=r"30 messages on /scan.*not a LaserScan") as error:
+    with pytest.raises(RecordingError, match=r"/scan, first at .*not a LaserScan") as error:
         list(open_recording(file))
-    assert "20 messages on /points" in str(error.value)
+    assert "/points, first at" in str(error.value)
     assert "json" in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_messages_that_are_skipped_are_counted_once_for_each_topic_and_reason(tmp_path):
+def test_messages_that_are_skipped_are_told_once_for_each_topic_and_reason(tmp_path):
     messages = [data for whole in scans(ROS2) for data in (whole, whole[:13])]
     recording = open_recording(
         mcap(tmp_path / "a.mcap", ("/scan", LONG, "ros2msg", "cdr", messages))
     )
     for _ in range(2):
         assert middle(recording) == RANGES
-        (text,) = [text for text in recording.warnings if "on /scan" in text]
-        assert "5 messages on /scan, the first at 100.100 s: skipped: not a LaserScan" in text
-
-
-def test_damage_is_the_reason_where_no_scan_is_left(tmp_path):
-    file = write(tmp_path / "a.bag", [("/tf", 1.0, ROS1.transforms()), *walk(ROS1)])
-    data = file.read_bytes()
-    file.write_bytes(data[: data.index(b"/scan") - 30])
-    with pytest.raises(RecordingError, match=r"no LaserScan or PointCloud2.*cut off"):
-        open_recording(file)
+        (text,) = [text for text in recording.warnings if "/scan" in text]
+        assert "/scan, first at 100.100 s: skipped: not a LaserScan" in text
 
 
 def test_that_warnings_are_left_out_is_said(tmp_path):

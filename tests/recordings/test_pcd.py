@@ -95,30 +95,6 @@ def test_the_viewpoint_is_where_the_sensor_was(tmp_path):
     assert "VIEWPOINT" in recording.warnings[0]
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "binary"])
-def test_a_file_that_is_cut_is_read_up_to_there(tmp_path, rng, encoding):
-    data = pcd(rng.uniform(1.0, 9.0, (50, 3)), encoding)
-    cloud, recording = opened(tmp_path, data[: len(data) - len(data.split(b"DATA")[1]) // 2])
-    assert 20 <= len(cloud.points) <= 30
-    assert "at byte" in recording.warnings[0]
-
-
-def test_compressed_points_are_whole_or_not_at_all(tmp_path, rng):
-    points = rng.uniform(1.0, 9.0, (50, 3))
-    data = pcd(points, "binary_compressed", "xyzabc")
-    # half of it holds all of x, y and z, as the other fields come later ... and repeat themselves
-    begin = data.index(b"binary_compressed\n") + len(b"binary_compressed\n") + 8
-    cloud, _ = opened(tmp_path, data)
-    assert len(cloud.points) == 50
-    cloud, recording = opened(tmp_path, data[: begin + 550])
-    assert 20 < len(cloud.points) < 50
-    assert cloud.points == pytest.approx(points[: len(cloud.points)].astype(np.float32))
-    assert "of 50 points" in recording.warnings[0]
-    (tmp_path / "cloud.pcd").write_bytes(data[: begin + 100])
-    with pytest.raises(RecordingError, match="after 0 of 50"):
-        open_recording(tmp_path / "cloud.pcd")
-
-
 @pytest.mark.parametrize(
     "words",
     [
@@ -143,15 +119,14 @@ def test_a_header_is_never_trusted(tmp_path, words):
     assert "a.pcd" in str(error.value)
 
 
-def test_a_claim_of_many_points_allocates_none(tmp_path):
-    data = pcd(np.ones((4, 3)), "binary", WIDTH=19_000_000, POINTS=19_000_000)
-    cloud, recording = opened(tmp_path, data)
-    assert len(cloud.points) == 4
-    assert "4 of 19000000" in recording.warnings[0]
-    data = pcd(np.ones((4, 3)), "binary_compressed", WIDTH=19_000_000, POINTS=19_000_000)
-    (tmp_path / "a.pcd").write_bytes(data)
-    with pytest.raises(RecordingError, match="cannot be"):
-        open_recording(tmp_path / "a.pcd")
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_fewer_or_more_points_than_claimed_are_refused(tmp_path, rng, encoding):
+    data = pcd(rng.uniform(1.0, 9.0, (50, 3)), encoding)
+    claim = pcd(np.ones((4, 3)), encoding, WIDTH=19_000_000, POINTS=19_000_000)
+    for wrong in (data[:-150], data + b"\xaa" * 37, claim):
+        (tmp_path / "a.pcd").write_bytes(wrong)
+        with pytest.raises(RecordingError, match=r"a\.pcd: .*instead of"):
+            open_recording(tmp_path / "a.pcd")
 
 
 @given(st.binary(max_size=600), st.integers(1, 40))
@@ -172,28 +147,3 @@ def test_padding_after_the_points_is_no_damage(tmp_path, rng, encoding, tail):
     cloud, recording = opened(tmp_path, pcd(points, encoding) + tail)
     assert cloud.points == pytest.approx(points, abs=1e-5)
     assert recording.warnings == []
-
-
-@pytest.mark.parametrize("encoding", ENCODINGS)
-def test_other_bytes_after_the_points_are_said(tmp_path, rng, encoding):
-    points = rng.uniform(1.0, 9.0, (50, 3))
-    cloud, recording = opened(tmp_path, pcd(points, encoding) + b"\xaa" * 37)
-    assert cloud.points == pytest.approx(points, abs=1e-5)
-    assert "37 more bytes than 50 points" in recording.warnings[0]
-
-
-def test_more_bytes_in_the_compressed_block_are_as_those_after_it(tmp_path, rng):
-    points = rng.uniform(1.0, 9.0, (50, 3)).astype("<f4")
-    head = pcd(points, "binary_compressed").split(b"binary_compressed\n")[0]
-    for extra in (b"", bytes(100), b"\xaa" * 100):
-        plain = points.T.tobytes() + extra
-        packed = lzf(plain)
-        size = struct.pack("<II", len(packed), len(plain))
-        cloud, recording = opened(tmp_path, head + b"binary_compressed\n" + size + packed)
-        assert cloud.points == pytest.approx(points)
-        assert bool(recording.warnings) == any(extra)
-    (tmp_path / "cloud.pcd").write_bytes(
-        head + b"binary_compressed\n" + struct.pack("<II", len(packed), 599) + packed
-    )
-    with pytest.raises(RecordingError, match=r"599 unpacked.*600 bytes"):
-        open_recording(tmp_path / "cloud.pcd")

@@ -19,7 +19,7 @@ from cohelm.buildings import (
     write_route_graph,
     write_storey,
 )
-from cohelm.cli.progress import Counting, Waiting
+from cohelm.cli.progress import Counting, waiting
 from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
 from cohelm.cli.requests import BuildingRequest
 from cohelm.cli.run import make_folder
@@ -104,14 +104,19 @@ def _access(
     from cohelm.buildings import accessibility
     from cohelm.evaluation.report.accessibility import write_access
 
-    with Waiting("checking rooms and barriers"):
+    with waiting("checking rooms and barriers"):
         access = accessibility(storeys, robot, request.entrance)
         write_access(access, storeys, request.report, title=request.model.stem)
     return access
 
 
+<<<<<<< HEAD
 def _write(storeys: tuple[BuildingStorey, ...], folder: Path, notes: list[str]) -> list[Path]:
     with Waiting("building the route graph"):
+=======
+def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
+    with waiting("building the route graph"):
+>>>>>>> e4ba43b71881c34bc79d34acfe4ab3d89b02fb91
         graph = route_graph(storeys)
         notes += graph.notes
         written = [

@@ -9,7 +9,7 @@ from dataclasses import asdict
 from rich.text import Text
 
 from cohelm.cli import streams
-from cohelm.cli.progress import Counting, Waiting
+from cohelm.cli.progress import Counting, waiting
 from cohelm.cli.report import OUTPUT, plain_table, print_line, write_json
 from cohelm.cli.requests import GroundRequest
 from cohelm.errors import RecordingError
@@ -44,7 +44,7 @@ def ground(request: GroundRequest) -> int:
     if request.plot is not None:
         from cohelm.plotting import draw_ground
 
-        with Waiting("drawing"):
+        with waiting("drawing"):
             draw_ground(
                 found.ground, GRID.resolution, robot, found.pose, request.plot, recording.name
             )

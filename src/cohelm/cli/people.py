@@ -18,7 +18,7 @@ from cohelm.cli.people_report import (
     scores_json,
     scores_table,
 )
-from cohelm.cli.progress import Counting, Waiting
+from cohelm.cli.progress import Counting, waiting
 from cohelm.cli.report import OUTPUT, print_line, write_json
 from cohelm.cli.requests import PeopleRequest
 from cohelm.errors import ConfigError
@@ -156,7 +156,7 @@ def _draw(
 ) -> None:
     if filming is None:
         return
-    with Waiting("drawing"):
+    with waiting("drawing"):
         if request.plot is not None:
             filming.draw(tracks, request.plot, name)
         if request.animate is not None:

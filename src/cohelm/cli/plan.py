@@ -13,7 +13,7 @@ from cohelm import plugins
 from cohelm.arrays import Floats
 from cohelm.cli import parsing
 from cohelm.cli.missed_wishes import OtherPlanner, suggest_option
-from cohelm.cli.progress import Waiting
+from cohelm.cli.progress import waiting
 from cohelm.cli.report import OUTPUT, print_line, write_json
 from cohelm.cli.requests import RouteRequest
 from cohelm.cli.route_report import alternative_table, describe, facts_table, summary
@@ -57,7 +57,7 @@ def plan(request: RouteRequest) -> int:
 
         return building_route.plan_in_building(request, planner)
     measuring = FeatureParameters(speed=request.speed)
-    with Waiting("planning"):
+    with waiting("planning"):
         problem, places = problem_of(request)
         began = time.thread_time()
         found = find_alternatives(

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Self, TypeVar
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.live import Live
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
     Progress,
+    ProgressColumn,
     SpinnerColumn,
     TextColumn,
+    TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.progress_bar import ProgressBar
-from rich.spinner import Spinner
-from rich.text import Text
+from rich.table import Column
 
 from cohelm import kernel_cache
 from cohelm.cli.report import ERRORS
@@ -33,20 +32,22 @@ from cohelm.simulation import GroundTruth
 Thing = TypeVar("Thing")
 
 COMPILING = "compiling for this machine, once; it takes a minute or more"
-USUAL = 3.0
-"""Preparation that takes longer than this is compilation, s."""
 
 
-def _live(render: Callable[[], RenderableType]) -> Live:
-    """Live display on standard error that disappears at the end."""
-    return Live(
-        get_renderable=render,
+def _progress(*columns: ProgressColumn, shown: bool = True) -> Progress:
+    """Live display on standard error, if that is a terminal, that disappears at the end."""
+    return Progress(
+        *columns,
         console=ERRORS,
-        refresh_per_second=5,
         transient=True,
         redirect_stdout=False,
         redirect_stderr=False,
+        disable=not (shown and ERRORS.is_terminal),
     )
+
+
+def _text(words: str = "{task.description}") -> TextColumn:
+    return TextColumn(words, markup=False)
 
 
 class RideProgress:
@@ -59,41 +60,31 @@ class RideProgress:
     """
 
     def __init__(self, title: str, time_limit: float, *, shown: bool) -> None:
-        self._title = title
         self._limit = time_limit
-        self._began = time.monotonic()
-        self._spinner = Spinner("dots")
-        self._last: tuple[Tick, GroundTruth] | None = None
         self._reason: Reason | None = None
-        self._shown = shown and ERRORS.is_terminal
         self._compiles = shown and not kernel_cache.is_filled()
-        self._live = _live(self._render)
+        # A plain column folds what a narrow terminal does not hold.
+        facts = TextColumn("{task.fields[facts]}", markup=False, table_column=Column())
+        columns = (SpinnerColumn(), _text(), BarColumn(bar_width=20), facts)
+        self._bar = _progress(*columns, shown=shown)
+        what = COMPILING if self._compiles else "building the scenario"
+        self._task = self._bar.add_task(title, total=None, facts=f"{what} …")
 
     def __enter__(self) -> Self:
-        if self._shown:
-            self._live.start()
-        elif self._compiles:
+        self._bar.start()
+        if self._compiles and self._bar.disable:
             ERRORS.print(f"{COMPILING} …")
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._shown:
-            self._live.stop()
+        self._bar.stop()
 
     def __call__(self, tick: Tick, truth: GroundTruth) -> None:
         """Show one more tick."""
-        self._last = tick, truth
+        if self._bar.disable:
+            return
         if tick.decision.reason not in {None, Reason.ARRIVED}:
             self._reason = tick.decision.reason
-
-    def _render(self) -> Group | Spinner:
-        if self._last is None:
-            waited = time.monotonic() - self._began
-            compiles = self._compiles or waited > USUAL
-            what = COMPILING if compiles else "building the scenario"
-            self._spinner.update(text=Text(f"{self._title}: {what} …"))
-            return self._spinner
-        tick, truth = self._last
         gap = float(truth.gap_people.min(initial=np.inf).clip(min=0.0))
         eta = tick.authority.eta if tick.authority is not None else 0.0
         driven, total = _along(tick, truth)
@@ -104,13 +95,10 @@ class RideProgress:
             f"nearest {gap:4.2f} m" if np.isfinite(gap) else "no people",
             f"{max(total - driven, 0.0):4.1f} m to go",
             f"{self._limit - truth.time:3.0f} s left",
+            f"last stop: {self._reason.sentence if self._reason is not None else '—'}",
         ]
-        last = self._reason.sentence if self._reason is not None else "—"
-        return Group(
-            Text(self._title, style="bold"),
-            ProgressBar(total=max(total, 1e-6), completed=driven, width=60),
-            Text("   ".join(facts)),
-            Text(f"last stop: {last}", style="dim"),
+        self._bar.update(
+            self._task, total=max(total, 1e-6), completed=driven, facts="   ".join(facts)
         )
 
 
@@ -123,39 +111,12 @@ def _along(tick: Tick, truth: GroundTruth) -> tuple[float, float]:
     return along, float(arc_length(points)[-1])
 
 
-PATIENCE = 2.0
-"""Shorter waits are not shown, s."""
-
-
-class Waiting:
-    """Line on a terminal while something takes longer than two seconds.
-
-    Args:
-        activity: Name of the activity.
-    """
-
-    def __init__(self, activity: str) -> None:
-        self._activity = activity
-        self._began = time.monotonic()
-        self._spinner = Spinner("dots")
-        self._live = _live(self._render)
-
-    def __enter__(self) -> Self:
-        if ERRORS.is_terminal:
-            self._live.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if ERRORS.is_terminal:
-            self._live.stop()
-
-    def _render(self) -> Spinner | Text:
-        waited = time.monotonic() - self._began
-        if waited < PATIENCE:
-            return Text("")
-        note = ", compiling on the first run" if waited > 2.0 * USUAL else ""
-        self._spinner.update(text=Text(f"{self._activity} … {waited:.0f} s{note}"))
-        return self._spinner
+@contextmanager
+def waiting(activity: str) -> Iterator[None]:
+    """Show an activity and its duration on a terminal."""
+    with _progress(SpinnerColumn(), _text(), TimeElapsedColumn()) as bar:
+        bar.add_task(f"{activity} …")
+        yield
 
 
 class Counting:
@@ -168,18 +129,8 @@ class Counting:
     """
 
     def __init__(self, name: str, total: int | None, *, shown: bool = True) -> None:
-        self._bar = Progress(
-            SpinnerColumn(),
-            TextColumn("{task.description}", markup=False),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-            console=ERRORS,
-            transient=True,
-            redirect_stdout=False,
-            redirect_stderr=False,
-            disable=not (shown and ERRORS.is_terminal),
-        )
+        columns = (SpinnerColumn(), _text(), BarColumn(), MofNCompleteColumn())
+        self._bar = _progress(*columns, TimeRemainingColumn(), shown=shown)
         self._task = self._bar.add_task(name, total=total)
 
     def __enter__(self) -> Self:
@@ -210,15 +161,8 @@ class SweepProgress:
     def __init__(self, name: str) -> None:
         self._name = name
         self._last = time.monotonic()
-        self._bar = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[left]}"),
-            console=ERRORS,
-            transient=True,
-            disable=not ERRORS.is_terminal,
-        )
+        columns = (_text(), BarColumn(), MofNCompleteColumn(), _text("{task.fields[left]}"))
+        self._bar = _progress(*columns)
         self._task = self._bar.add_task(name, total=None, left="")
 
     def __enter__(self) -> Self:

@@ -2,8 +2,7 @@
 
 A point is associated with the beam of the reference sweep that points at it (Diosi and Kleeman,
 Laser scan matching in polar coordinates, IROS 2005), which costs one look-up: cheap enough for
-every sweep. ``perception.laser_odometry`` matches with maps of features instead, for recordings
-without odometry.
+every sweep.
 """
 
 from __future__ import annotations

@@ -10,13 +10,6 @@ from .change_detection.past_scans import ChangeDetectionParameters
 from .cloud_detection.cloud_clusters import CloudClusters
 from .ground.ground_map import FloorEdges, GroundMap, GroundParameters
 from .groups.affinity import Affinity, NoGroups
-from .laser_odometry.ego_motion import (
-    EgoMotion,
-    EgoMotionParameters,
-    MatchStatus,
-    update_ego_motion,
-)
-from .laser_odometry.scan_features import ScanFeatures, extract_features
 from .obstacles.obstacle_layer import (
     ObstacleLayerParameters,
     ObstacleLayerState,
@@ -48,8 +41,6 @@ __all__ = [
     "ConstantVelocity",
     "Detections",
     "Detector",
-    "EgoMotion",
-    "EgoMotionParameters",
     "FloorEdges",
     "GivenPeople",
     "GroundMap",
@@ -57,7 +48,6 @@ __all__ = [
     "GroupDetector",
     "Hypotheses",
     "KalmanTracker",
-    "MatchStatus",
     "NoGroups",
     "ObstacleLayerParameters",
     "ObstacleLayerState",
@@ -66,13 +56,10 @@ __all__ = [
     "PerceptionResult",
     "Predictor",
     "ScanClusters",
-    "ScanFeatures",
     "ScanReturns",
     "Tracker",
-    "extract_features",
     "perceive",
     "pose_at",
     "scan_returns",
-    "update_ego_motion",
     "update_obstacle_layer",
 ]

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from cohelm.errors import RecordingError
 from cohelm.recordings.api import SensorRecording, natural_order
-from cohelm.recordings.bags import mcap_file, ros1, ros2
 from cohelm.recordings.bags.bag_recording import BagRecording
-from cohelm.recordings.bags.compression import ZSTD_MAGIC
-from cohelm.recordings.bags.sqlite_file import SQLITE
+from cohelm.recordings.bags.files import is_bag, message_files
 from cohelm.recordings.clouds.kitti import read_kitti
 from cohelm.recordings.clouds.nuscenes import has_rings, read_nuscenes
 from cohelm.recordings.clouds.pcd import looks_like_pcd, read_pcd
@@ -62,11 +59,8 @@ def _file(path: Path, topic: str | None, rate: float) -> SensorRecording:
     start = _start(path)
     if not start:
         raise RecordingError(f"is empty; {KNOWN}", file=path, offset=0)
-    if start.startswith(ros1.MAGIC):
-        return BagRecording(path, functools.partial(ros1.read_ros1, path), topic)
-    packed = start.startswith(ZSTD_MAGIC) and path.name.endswith(ros2.PACKED)
-    if packed or start.startswith((mcap_file.MAGIC, SQLITE)):
-        return BagRecording(path, functools.partial(ros2.read_ros2, path), topic)
+    if is_bag(path, start):
+        return BagRecording(path, [path], topic)
     read = _reader(path, start)
     if read is None:
         raise RecordingError(f"is not a recording; {KNOWN}", file=path, offset=0)
@@ -74,8 +68,8 @@ def _file(path: Path, topic: str | None, rate: float) -> SensorRecording:
 
 
 def _folder(path: Path, topic: str | None, rate: float) -> SensorRecording:
-    if (path / ros2.METADATA).is_file() or _named(path, ros2.MESSAGE_FILES):
-        return BagRecording(path, functools.partial(ros2.read_ros2, path), topic)
+    if files := message_files(path):
+        return _parts(path, files, topic)
     for folder in (path, *(path / name for name in _FOLDERS)):
         sweeps = _named(folder, ("*.pcd.bin",)) or _named(folder, ("*.pcd",))
         sweeps = sweeps or _named(folder, ("*.bin",))
@@ -89,14 +83,17 @@ def _folder(path: Path, topic: str | None, rate: float) -> SensorRecording:
                     f"other kinds are ignored: {names}"
                 )
             return recording
-    bags = _named(path, ("*.bag", "*.bag.active"))
-    if bags:
-        split = BagRecording(path, functools.partial(ros1.read_split, bags), topic)
-        if len(bags) > 1:
-            read = f"{len(bags)} bags are read one after the other: {_names(bags)}"
-            split.warnings.append(f"{path}: {read}")
-        return split
+    if bags := _named(path, ("*.bag", "*.bag.active")):
+        return _parts(path, bags, topic)
     raise RecordingError(f"holds no recording; {KNOWN}", file=path)
+
+
+def _parts(path: Path, files: Sequence[Path], topic: str | None) -> BagRecording:
+    bag = BagRecording(path, files, topic)
+    if len(files) > 1:
+        read = f"{len(files)} files are read one after the other: {_names(files)}"
+        bag.warnings.append(f"{path}: {read}")
+    return bag
 
 
 def _named(folder: Path, patterns: Sequence[str]) -> list[Path]:

@@ -10,6 +10,7 @@ from tests.perception.rays import observation
 from tests.recordings.bags import ROS1, write
 
 from cohelm.cli.app import status
+from cohelm.evaluation.perception.ego_motion import MatchStatus
 from cohelm.evaluation.perception.ego_pose import EgoPathSummary, EgoPoses, PoseSource
 from cohelm.evaluation.perception.recording_view import (
     Ids,
@@ -19,7 +20,6 @@ from cohelm.evaluation.perception.recording_view import (
 )
 from cohelm.geometry import transform
 from cohelm.messages import Groups, PointCloud
-from cohelm.perception import MatchStatus
 from cohelm.recordings import Frame, Labels, open_recording
 
 START = np.array([-4.0, 0.0, 0.0])

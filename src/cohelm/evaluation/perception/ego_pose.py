@@ -7,9 +7,9 @@ from dataclasses import replace
 from enum import StrEnum
 
 from cohelm.arrays import value
+from cohelm.evaluation.perception.ego_motion import EgoMotion, MatchStatus, update_ego_motion
 from cohelm.geometry import transform
 from cohelm.messages import Observation
-from cohelm.perception import EgoMotion, MatchStatus, extract_features, update_ego_motion
 from cohelm.recordings import Frame
 
 
@@ -61,9 +61,7 @@ class EgoPoses:
             return PosedFrame(frame=frame, source=PoseSource.ASSUMED)
         observation = frame.observation
         sensor = frame.unplaced, _sensor(observation)
-        ego_motion = update_ego_motion(
-            self._ego_motions.get(sensor), extract_features(observation), observation.time
-        )
+        ego_motion = update_ego_motion(self._ego_motions.get(sensor), observation)
         self._ego_motions[sensor] = ego_motion
         labels = frame.labels
         if labels is not None:
@@ -96,7 +94,7 @@ class EgoPathSummary:
         if ego_motion is None:
             return
         self.restarts += ego_motion.status is MatchStatus.RESTARTED
-        self.uncertain += ego_motion.status in {MatchStatus.PARTIAL, MatchStatus.HELD}
+        self.uncertain += ego_motion.status is MatchStatus.HELD
         self.length = ego_motion.length
 
     def __str__(self) -> str:

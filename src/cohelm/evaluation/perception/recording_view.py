@@ -14,12 +14,12 @@ from cohelm import plugins
 from cohelm.arrays import Floats, value
 from cohelm.config import nearest, override
 from cohelm.errors import ConfigError
+from cohelm.evaluation.perception.ego_motion import EgoMotion
 from cohelm.evaluation.perception.ego_pose import EgoPathSummary, EgoPoses, PoseSource
 from cohelm.evaluation.perception.level import NO_FLOOR, Levellers
 from cohelm.maps import DistanceField
 from cohelm.messages import Observation, Sensing
 from cohelm.perception import (
-    EgoMotion,
     PerceptionMemory,
     PerceptionParts,
     PerceptionResult,

@@ -18,7 +18,7 @@ from cohelm.evaluation.episode.ride import Ride
 from cohelm.live.floor_model import RecordedFloor, recorded_floor
 from cohelm.live.sessions.records import RideStop
 from cohelm.reasons import Reason
-from cohelm.recordings.bags.mcap_file import read_mcap
+from cohelm.recordings.bags.files import read_bag
 from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.reader import RecordedRide
 
@@ -148,7 +148,7 @@ class _Topics(NamedTuple):
         times: list[float] = []
         people: list[tuple[Point, ...]] = []
         route: tuple[Point, ...] = ()
-        for message in read_mcap(file, []):
+        for message in read_bag([file], []):
             if message.topic not in {"/eta", "/people", "/plan"}:
                 continue
             try:

@@ -10,10 +10,10 @@ import itertools
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from cohelm.messages import Observation, PointCloud, Scan
 from cohelm.recordings.api import Frame, Labels, far_points_problem
 from cohelm.recordings.bags import ros_messages as ros
 from cohelm.recordings.bags.clocks import StampClocks
-from cohelm.recordings.bags.records import BagMessage
+from cohelm.recordings.bags.files import BagMessage, read_bag
 from cohelm.recordings.bags.sensor_poses import POSE_TYPES, SensorPose, SensorPoses
 
 _SHARED = 0.5
@@ -73,9 +73,6 @@ def duplicates(sources: Mapping[str, TopicReadings]) -> dict[str, str]:
     return found
 
 
-Reader = Callable[[list[RecordingError]], Iterable[BagMessage]]
-"""Reads all messages; appends the damage."""
-
 _LABELS = "leg_cluster_positions"
 """Topic of PoseArrays with labels of the next scan."""
 
@@ -94,24 +91,6 @@ _Topic = tuple[str, str, str]
 """Name, type and encoding."""
 
 
-class _Report(NamedTuple):
-    """A problem of the messages on a topic."""
-
-    topic: str
-    time: float
-    """Of the first one."""
-    offset: int | None
-    problem: str
-    messages: set[tuple[float, int | None, int]]
-    """Their times, offsets and hashes: a bag is read more than once."""
-
-    def __str__(self) -> str:
-        count = len(self.messages)
-        which = f"a message on {self.topic}"
-        which = which if count == 1 else f"{count} messages on {self.topic}, the first"
-        return f"{which} at {self.time:.3f} s: {self.problem}"
-
-
 class BagRecording:
     """Bag of scans and clouds, one frame each, with the robot's pose from tf and odometry.
 
@@ -121,25 +100,27 @@ class BagRecording:
     it again.
 
     Args:
-        path: The bag, for messages.
-        read: Reads it.
+        path: The recording, for messages.
+        files: Its parts in their order.
         topic: Topic to read; None: all scans and clouds.
 
     Raises:
         RecordingError: if there is no scan or cloud.
     """
 
-    def __init__(self, path: Path, read: Reader, topic: str | None) -> None:
+    def __init__(self, path: Path, files: Sequence[Path], topic: str | None) -> None:
         self.name = path.name
         self.warnings: list[str] = []
         self._path = path
-        self._read = read
-        self._reports: dict[tuple[str, str], _Report] = {}
+        self._files = files
+        self._reports: dict[tuple[str, str], str] = {}
         self._clocks = StampClocks()
         self._poses = SensorPoses(self._clocks)
         self._damage: list[RecordingError] = []
         self._sources: dict[str, TopicReadings] = {}
         counts = self._survey()
+        if self._damage and not counts:
+            raise self._damage[0]
         self._topics = self._choose(counts, topic)
         self.frames: int | None = sum(counts[key] for key in counts if key[0] in self._topics)
         self.warnings.extend(map(str, self._damage))
@@ -164,13 +145,12 @@ class BagRecording:
             newest = time
             yield frame
         if not seen:
-            problem = "none of its scans and clouds can be read"
-            raise self._error(problem, [*map(self._fault, self._reports.values()), *self._damage])
+            raise self._error("none of its scans and clouds can be read")
 
     def _survey(self) -> Counter[_Topic]:
         """Count the messages of each topic, and collect poses, stamps and sources."""
         counts: Counter[_Topic] = Counter()
-        for message in self._messages(self._damage):
+        for message in read_bag(self._files, self._damage):
             counts[message.topic, message.type, message.encoding] += 1
             if message.type in POSE_TYPES:
                 known = self._decode(message)
@@ -206,26 +186,18 @@ class BagRecording:
             return frozenset({str(topic)})
         wanted = "LaserScan or PointCloud2" if topic is None else f"scan or cloud on {topic}"
         held = f"it has {_listed(counts) or 'no messages'}"
-        raise self._error(f"has no {wanted}; {held}", self._damage)
+        raise self._error(f"has no {wanted}; {held}")
 
-    def _error(self, problem: str, reasons: Sequence[RecordingError]) -> RecordingError:
-        """Error with the first reasons, and the position of the first one in the file."""
-        own = [reason for reason in reasons if reason.file == self._path]
-        texts = [reason.problem if reason in own else str(reason) for reason in reasons]
-        texts[_REASONS:] = [f"{len(texts) - _REASONS} more"] if len(texts) > _REASONS else []
-        offset = own[0].offset if own else None
-        return RecordingError("; ".join([problem, *texts]), file=self._path, offset=offset)
-
-    def _messages(self, damage: list[RecordingError]) -> Iterator[BagMessage]:
-        try:
-            yield from self._read(damage)
-        except OSError as error:
-            raise RecordingError(error.strerror or str(error), file=self._path) from None
+    def _error(self, problem: str) -> RecordingError:
+        """Error with the first reasons."""
+        own = [d.problem if d.file == self._path else str(d) for d in self._damage]
+        reasons = [*own, *self._reports.values()][:_REASONS]
+        return RecordingError("; ".join([problem, *reasons]), file=self._path)
 
     def _frames(self) -> Iterator[Frame]:
         """Frames in the order of the bag."""
         labels: Any = None
-        for message in self._messages([]):
+        for message in read_bag(self._files, []):
             if message.type == ros.POSES and message.topic.rpartition("/")[2] == _LABELS:
                 labels = self._decode(message)
             elif message.topic in self._topics and message.type in _READINGS:
@@ -283,20 +255,12 @@ class BagRecording:
         self._report(f"skipped: {problem[:200]}", message)
 
     def _report(self, problem: str, message: BagMessage) -> None:
-        """Add a message to the line of its topic and problem, numbers in it apart."""
-        time, offset = message.time, message.offset
+        """Warn of the first message of a topic with a problem, numbers in it apart."""
         key = message.topic, _WITH_DIGITS.sub("", problem)
-        report = self._reports.setdefault(key, _Report(message.topic, time, offset, problem, set()))
-        before = str(self._fault(report))
-        report.messages.add((time, offset, hash(message.data)))
-        text = str(self._fault(report))
-        if before in self.warnings:
-            self.warnings[self.warnings.index(before)] = text
-        else:
-            self._add_warning(text)
-
-    def _fault(self, report: _Report) -> RecordingError:
-        return RecordingError(str(report), file=self._path, offset=report.offset)
+        if key not in self._reports:
+            text = f"{message.topic}, first at {message.time:.3f} s: {problem}"
+            self._reports[key] = text
+            self._add_warning(f"{self._path}: {text}")
 
     def _add_warning(self, text: str) -> None:
         if len(self.warnings) >= _MAX_WARNINGS and text not in self.warnings:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cohelm.arrays import Floats, Floats32
 from cohelm.messages import PointCloud, Scan
 from cohelm.recordings.api import max_range, without_far_points
-from cohelm.recordings.bags.records import BagMessage
+from cohelm.recordings.bags.files import BagMessage
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore

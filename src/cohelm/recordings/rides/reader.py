@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from cohelm.errors import RecordingError
-from cohelm.recordings.bags.mcap_file import MAGIC, read_mcap
-from cohelm.recordings.bags.records import BagMessage
+from cohelm.recordings.bags.files import MCAP, BagMessage, read_bag
 from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.exact import unpack
 from cohelm.recordings.rides.ride import FORMAT, RIDE_TOPIC, TICK_TOPIC, RideFacts, RideTick
@@ -47,7 +46,7 @@ class RecordedRide:
         damage: list[RecordingError] = []
         last: RideTick | None = None
         try:
-            for message in self._messages(damage):
+            for message in read_bag([self.file], damage):
                 if message.topic == TICK_TOPIC:
                     last = self._next(message, last)
                     yield last
@@ -76,7 +75,7 @@ class RecordedRide:
     def _facts(self) -> RideFacts:
         damage: list[RecordingError] = []
         topics: set[str] = set()
-        for message in self._messages(damage):
+        for message in read_bag([self.file], damage):
             if message.topic == RIDE_TOPIC:
                 facts = self._value(message, RideFacts)
                 if facts.format != FORMAT:
@@ -90,12 +89,6 @@ class RecordedRide:
         problem = f"holds no ride of cohelm, which has {RIDE_TOPIC}; it has {there}"
         raise RecordingError(problem, file=self.file)
 
-    def _messages(self, damage: list[RecordingError]) -> Iterator[BagMessage]:
-        try:
-            yield from read_mcap(self.file, damage)
-        except OSError as cause:
-            raise RecordingError(cause.strerror or str(cause), file=self.file) from None
-
     def _value(self, message: BagMessage, kind: type[_T]) -> _T:
         try:
             octets: Any = decode(message)
@@ -104,17 +97,17 @@ class RecordedRide:
             raise self._fault(message, f"a message on {message.topic} {fault}") from None
 
     def _fault(self, message: BagMessage, problem: str) -> RecordingError:
-        return RecordingError(problem, file=self.file, offset=message.offset)
+        return RecordingError(f"at {message.time:.2f} s: {problem}", file=self.file)
 
 
 def _check_kind(file: Path) -> None:
     try:
         with file.open("rb") as stream:
-            start = stream.read(len(MAGIC))
+            start = stream.read(len(MCAP))
     except OSError as cause:
         raise RecordingError(cause.strerror or str(cause), file=file) from None
     if not start:
         raise RecordingError("is empty; record a ride with cohelm run --record", file=file)
-    if start != MAGIC:
+    if start != MCAP:
         problem = "is not an MCAP file; record a ride with cohelm run --record"
         raise RecordingError(problem, file=file, offset=0)

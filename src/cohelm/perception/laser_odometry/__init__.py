@@ -1,1 +1,0 @@
-"""Estimate the motion of a sensor from its scans and clouds alone."""
