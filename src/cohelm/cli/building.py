@@ -110,13 +110,8 @@ def _access(
     return access
 
 
-<<<<<<< HEAD
 def _write(storeys: tuple[BuildingStorey, ...], folder: Path, notes: list[str]) -> list[Path]:
-    with Waiting("building the route graph"):
-=======
-def _write(storeys: tuple[BuildingStorey, ...], folder: Path) -> list[Path]:
     with waiting("building the route graph"):
->>>>>>> e4ba43b71881c34bc79d34acfe4ab3d89b02fb91
         graph = route_graph(storeys)
         notes += graph.notes
         written = [

@@ -81,8 +81,7 @@ def plan_in_building(request: RouteRequest, planner: GlobalPlanner) -> int:
         option = f"--{name.replace('_', '-')}"
         raise ConfigError("needs one map: name the .yaml of a storey", key=option)
     robot, measuring = load_robot(request.robot), FeatureParameters(speed=request.speed)
-<<<<<<< HEAD
-    with Waiting("planning"):
+    with waiting("planning"):
         try:
             graph = route_graph(read_storeys(Path(request.map)))
         except ImportError as cause:
@@ -99,12 +98,6 @@ def plan_in_building(request: RouteRequest, planner: GlobalPlanner) -> int:
             else:
                 driven = [sum(leg.found[0].path.length for leg in each) for each in (legs, without)]
                 costs[name] = driven[0] - driven[1]
-=======
-    with waiting("planning"):
-        graph = _graph(Path(request.map))
-        notes: list[str] = []
-        route, legs = _planned(graph, request, robot, planner, notes)
->>>>>>> e4ba43b71881c34bc79d34acfe4ab3d89b02fb91
         steps = directions(graph, route)
         reports = [summary(leg.prepared, leg.found, measuring) for leg in legs]
         report = _report(request, route, legs, steps, reports) | {"wishes": costs}
