@@ -64,7 +64,7 @@ BUDGET = {
     "control": (8725, 56),
     "evaluation": (8650, 55),
     "health": (2225, 13),
-    "live": (10375, 64),
+    "live": (10050, 61),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5475, 37),

@@ -7,7 +7,8 @@ import pytest
 
 from cohelm.health import MapChanges
 from cohelm.health.map_changes import PERSISTENT
-from cohelm.live.sessions.map_changes import FILE, keep_changes
+from cohelm.live.sessions.database import FILE, Database
+from cohelm.live.sessions.map_changes import keep_changes
 from cohelm.maps import FREE, OCCUPIED, OccupancyGrid, read_map, write_map
 
 
@@ -19,7 +20,7 @@ def ward(tmp_path):
     grid = OccupancyGrid(data=data, resolution=0.05, X_MG=np.zeros(3))
     write_map(grid, tmp_path / "ward.yaml")
     found = MapChanges(np.array([[4, 3, 0]]), np.array([PERSISTENT]))
-    keep_changes(tmp_path / "data", read_map(tmp_path / "ward.yaml"), "ward", found)
+    keep_changes(Database(tmp_path / "data"), read_map(tmp_path / "ward.yaml"), "ward", found)
     return tmp_path
 
 
@@ -58,7 +59,7 @@ def test_wrong_input_is_one_line(ward, cohelm):
     assert not (ward / "x.yaml").exists()
     code, _, err = cohelm("map-changes", "apply", other, "--out", ward / "x.png")
     assert (code, "--out" in err) == (2, True)
-    (ward / "data" / FILE).write_text("{")
+    (ward / "data" / FILE).write_text("{" * 1000)
     code, _, err = cohelm("map-changes", "show", "--data", ward / "data")
     assert (code, FILE in err) == (2, True)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from cohelm.live.control_cycle import ControlCycle
 from cohelm.live.messages import FloorInfo, Heartbeat, Notice, ResumeCommand, TakeControl
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.services import Services
+from cohelm.live.sessions.records import unknown_session
 from cohelm.maps import OCCUPIED
 from cohelm.platforms import Capabilities, PlanarPlatform
 from cohelm.simulation import World
@@ -71,18 +73,17 @@ class Kept:
 
     def __init__(self):
         self.kept, self.count = [], 0
+        self.folder = Path(tempfile.mkdtemp(prefix="cohelm-"))
 
     def begin(self, ride_setup, rider=""):
-        return SimpleNamespace(id="session")
+        self.session = unknown_session("20260131-142530", "empty")
 
     def begin_ride(self):
         self.count += 1
-        return f"session-r{self.count}", Path("rows")
+        ride = f"{self.session.id}-r{self.count}"
+        return ride, self.session, self.folder / f"{ride}.mcap"
 
     error = ""
-
-    def checkpoint(self, record, ride_setup=None):
-        pass
 
     def retry(self, further=None):
         pass

@@ -1,6 +1,5 @@
 """Who did what: everything, in its order, on one machine and in bounded room."""
 
-import json
 import stat
 import threading
 import time
@@ -10,6 +9,9 @@ import pytest
 from cohelm.errors import StoreError
 from cohelm.live.sessions import audit as module
 from cohelm.live.sessions.audit import AuditLog
+from cohelm.live.sessions.database import FILE, Database
+
+from .disk import full_disk
 
 
 @pytest.fixture
@@ -38,19 +40,6 @@ def test_everything_is_there_and_the_newest_comes_first(log):
     assert whats(log, 1) == [("page 2", "stop_pressed")]
 
 
-def test_each_line_is_one_json_object_and_nothing_is_ever_written_over(log):
-    log.log_event("a", "connected")
-    log.wait_until_idle()
-    before = log.file.read_bytes()
-    log.log_event("a", "disconnected")
-    log.wait_until_idle()
-    assert log.file.read_bytes().startswith(before)
-    assert [json.loads(line)["event"] for line in log.file.read_text().splitlines()] == [
-        "connected",
-        "disconnected",
-    ]
-
-
 def test_a_new_program_goes_on_where_the_last_one_ended(log, tmp_path):
     log.log_event("a", "drive_started")
     log.close()
@@ -60,38 +49,30 @@ def test_a_new_program_goes_on_where_the_last_one_ended(log, tmp_path):
     again.close()
 
 
-def test_only_the_owner_reads_it(log):
-    log.log_event("a", "connected")
-    log.wait_until_idle()
-    assert stat.S_IMODE(log.file.stat().st_mode) == 0o600
-    assert stat.S_IMODE(log.file.parent.stat().st_mode) == 0o700
+def test_only_the_owner_reads_it(log, tmp_path):
+    assert stat.S_IMODE((tmp_path / "data" / FILE).stat().st_mode) == 0o600
+    assert stat.S_IMODE((tmp_path / "data").stat().st_mode) == 0o700
 
 
 def test_it_takes_no_more_room_than_it_may(log, monkeypatch):
-    """20,000 entries of some 70 bytes are 1.4 MB; 4 files of 10 kB keep the newest 40 kB."""
-    monkeypatch.setattr(module, "MAX_FILE_SIZE", 10_000)
-    monkeypatch.setattr(module, "MAX_FILES", 4)
-    for k in range(200):
+    monkeypatch.setattr(module, "MAX_ENTRIES", 100)
+    for k in range(50):
         for _ in range(10):
             log.log_event("a", "goal_changed", k=k)
         log.wait_until_idle()
-    files = sorted(log.file.parent.glob("audit*.jsonl"))
-    assert len(files) == 4
-    assert all(file.stat().st_size <= 10_000 for file in files)
     entries = log.entries(10_000)
+    assert len(entries) <= 100
     kept = [entry.details["k"] for entry in entries if entry.event == "goal_changed"]
-    dropped = sum(entry.details["count"] for entry in entries if entry.event == "entries_dropped")
-    assert dropped > 0
-    assert len(kept) + dropped <= 2000
+    assert len(kept) > 80
+    assert any(entry.event == "entries_dropped" for entry in entries)
     assert kept == sorted(kept, reverse=True)
-    assert kept[0] == 199
+    assert kept[0] == 49
 
 
-def test_a_damaged_line_does_not_hide_the_others(log):
+def test_a_damaged_entry_does_not_hide_the_others(log, tmp_path):
     log.log_event("a", "connected")
     log.wait_until_idle()
-    with log.file.open("ab") as stream:
-        stream.write(b'\xff\xfe\n{"at": "half a li')
+    Database(tmp_path / "data").write("INSERT INTO audit (entry) VALUES ('half a li')")
     log.log_event("a", "disconnected")
     assert whats(log) == [("a", "disconnected"), ("a", "connected")]
 
@@ -109,15 +90,11 @@ def test_no_entry_of_many_threads_is_lost(log):
     assert len(log.entries()) == 800
 
 
-def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
-    with monkeypatch.context() as broken:
-        broken.setattr(module.os, "write", full)
+def test_what_a_full_disk_did_not_take_is_counted_and_said(log):
+    with full_disk():
         log.log_event("a", "control_taken")
         log.wait_until_idle()
-        assert "No space left" in log.error
+        assert "cannot be written" in log.error
     log.log_event("a", "stop_pressed")
     assert whats(log) == [("a", "stop_pressed"), ("chair", "entries_dropped")]
     assert log.entries()[1].details["count"] == 1
@@ -125,16 +102,12 @@ def test_what_a_full_disk_did_not_take_is_counted_and_said(log, monkeypatch):
 
 
 def test_a_full_disk_is_said_no_longer_once_there_is_space_though_nothing_happens(log, monkeypatch):
-    def full(*_):
-        raise OSError(28, "No space left on device")
-
     monkeypatch.setattr(module, "RETRY_PERIOD", 0.05)
-    with monkeypatch.context() as broken:
-        broken.setattr(module.os, "write", full)
+    with full_disk():
         log.log_event("a", "control_taken")
         log.wait_until_idle()
         time.sleep(0.3)  # attempts that fail
-        assert "No space left" in log.error
+        assert log.error
     end = time.monotonic() + 30.0
     while log.error and time.monotonic() < end:
         time.sleep(0.02)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import identical
-from cohelm.errors import StoreError
 from cohelm.live.control.driver_link import HEARTBEAT_TIMEOUT
 from cohelm.live.control.step_timing import STEP
 from cohelm.live.control.time_rate import ABSORBED_LATENESS
@@ -262,24 +261,6 @@ def test_who_takes_over_is_not_moved_by_what_was_decided_before(rig):
     state = rig.step()
     assert (state.driver, state.link) == ("b", "ready")
     assert stands(state)
-
-
-def test_a_disk_that_takes_nothing_ends_no_drive_and_is_not_asked_at_every_step(hall):
-    rig, asked = Rig(hall), []
-
-    def refuse(*_):
-        asked.append(rig.clock.now)
-        raise StoreError("no room")
-
-    rig.sessions.begin = rig.sessions.begin_ride = refuse
-    rig.cycle.enter(rig.new_world())
-    rig.drive()
-    asked.clear()
-    assert rig.steps(14, 0.8)[-1].speed > 0.1
-    assert len(asked) == 1
-    rig.steps(20, 0.0)
-    rig.steps(14, 0.8)
-    assert len(asked) == 2
 
 
 def test_only_who_drives_decides(rig):

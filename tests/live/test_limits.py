@@ -18,8 +18,11 @@ from cohelm.live.control.limits import (
     loosened,
 )
 from cohelm.live.messages import Limits, RiderSettings
+from cohelm.live.sessions.database import FILE, Database
 from cohelm.messages import RiderProfile
 from cohelm.robots import load_robot
+
+from .disk import full_disk
 
 ROBOT = load_robot("quantum_q6_edge")
 CALM = Limits(max_speed=0.5, max_acceleration=0.4, min_distance=0.8)
@@ -80,69 +83,73 @@ def test_they_outlive_the_program_and_only_the_owner_reads_them(tmp_path):
     again = ActiveSettings(tmp_path / "data", ROBOT)
     assert again.limits == CALM
     assert again.rider == rider
-    file = tmp_path / "data" / "settings.json"
-    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert stat.S_IMODE((tmp_path / "data" / FILE).stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("damage", ["", "{", '{"version": 1}', '{"limits": 3, "rider": 4}'])
-def test_a_file_that_does_not_read_is_refused_and_not_replaced_by_looser_limits(tmp_path, damage):
-    (tmp_path / "settings.json").write_text(damage)
-    with pytest.raises(StoreError, match=r"settings\.json"):
+def test_settings_that_do_not_read_are_refused_and_not_replaced_by_looser_limits(tmp_path, damage):
+    Database(tmp_path).set("settings", damage)
+    with pytest.raises(StoreError, match=r"cohelm\.sqlite: cannot be read"):
         ActiveSettings(tmp_path, ROBOT)
-    assert (tmp_path / "settings.json").read_text() == damage
+    assert Database(tmp_path).setting("settings") == damage
+
+
+def test_limits_of_an_older_version_are_not_replaced_by_looser_ones(tmp_path):
+    (tmp_path / "settings.json").write_text("{}")
+    with pytest.raises(StoreError, match=r"settings\.json: is of an older version"):
+        ActiveSettings(tmp_path, ROBOT)
 
 
 @pytest.fixture
-def full(tmp_path, monkeypatch):
-    """Settings on a disk that takes nothing until its ``undo``."""
-    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
-    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
-    return settings, monkeypatch
+def settings(tmp_path):
+    return ActiveSettings(tmp_path, ROBOT, limits=CALM)
 
 
-def test_tighter_limits_take_effect_whatever_the_disk_does_and_are_stored_later(full, tmp_path):
-    settings, disk = full
+def test_tighter_limits_take_effect_whatever_the_disk_does_and_are_stored_later(settings, tmp_path):
     slower = Limits(max_speed=0.2, max_acceleration=0.3, min_distance=1.0)
-    assert settings.set_limits(slower, moving) == CALM
-    assert settings.limits == slower
-    assert "full" in settings.error
-    assert list(tmp_path.iterdir()) == []
-    settings.retry()
-    assert settings.error
-    disk.undo()
+    with full_disk():
+        assert settings.set_limits(slower, moving) == CALM
+        assert settings.limits == slower
+        assert "cannot be written" in settings.error
+        settings.retry()
+        assert settings.error
     settings.retry()
     assert settings.error == ""
     assert ActiveSettings(tmp_path, ROBOT).limits == slower
 
 
-def test_of_a_mixed_change_on_a_full_disk_the_tighter_part_counts(full):
-    settings, _ = full
+def test_of_a_mixed_change_on_a_full_disk_the_tighter_part_counts(settings):
     mixed = Limits(max_speed=0.2, max_acceleration=0.6, min_distance=0.8)
-    settings.set_limits(mixed, standing)
+    with full_disk():
+        settings.set_limits(mixed, standing)
     assert settings.limits == CALM.model_copy(update={"max_speed": 0.2})
 
 
-def test_looser_limits_count_only_once_they_are_stored(full, tmp_path):
-    settings, disk = full
+def test_looser_limits_count_only_once_they_are_stored(settings, tmp_path):
     faster = CALM.model_copy(update={"max_speed": 0.6})
-    with pytest.raises(StoreError, match="cannot be written"):
+    with full_disk(), pytest.raises(StoreError, match="cannot be written"):
         settings.set_limits(faster, standing)
     assert settings.limits == CALM
-    disk.undo()
     settings.set_limits(faster, standing)
     assert ActiveSettings(tmp_path, ROBOT).limits == faster
 
 
-def test_a_disk_that_hangs_delays_no_tighter_limit(tmp_path, monkeypatch):
-    """The first change waits for the disk; the second one, from another thread, does not."""
-    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
-    hangs, goes_on = threading.Event(), threading.Event()
+def slow(store):
+    """Let the next write wait for an event; returns that it has begun, and the event."""
+    hangs, goes_on, real = threading.Event(), threading.Event(), store.set
 
-    def hang(_):
+    def hang(*given):
         hangs.set()
         assert goes_on.wait(10.0)
+        real(*given)
 
-    monkeypatch.setattr("os.fsync", hang)
+    store.set = hang
+    return hangs, goes_on
+
+
+def test_a_disk_that_hangs_delays_no_tighter_limit(settings, tmp_path):
+    """The first change waits for the disk; the second one, from another thread, does not."""
+    hangs, goes_on = slow(settings._database)
     threads = [
         threading.Thread(
             target=settings.set_limits,
@@ -164,21 +171,21 @@ def test_a_disk_that_hangs_delays_no_tighter_limit(tmp_path, monkeypatch):
     assert ActiveSettings(tmp_path, ROBOT).limits.max_speed == 0.3
 
 
-def test_a_looser_change_that_waited_for_the_disk_undoes_no_tighter_one(tmp_path, monkeypatch):
-    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
+def test_a_looser_change_that_waited_for_the_disk_undoes_no_tighter_one(settings, tmp_path):
     slower, faster = (CALM.model_copy(update={"max_speed": speed}) for speed in (0.2, 0.6))
-    others = []
-
-    def meanwhile(_):
-        monkeypatch.undo()
-        others.append(threading.Thread(target=settings.set_limits, args=(slower, moving)))
-        others[0].start()
-        while settings.limits != slower:
-            time.sleep(0.001)
-
-    monkeypatch.setattr("os.fsync", meanwhile)
-    settings.set_limits(faster, standing)
-    others[0].join()
+    hangs, goes_on = slow(settings._database)
+    threads = [
+        threading.Thread(target=settings.set_limits, args=given)
+        for given in ((faster, standing), (slower, moving))
+    ]
+    threads[0].start()
+    assert hangs.wait(10.0)
+    threads[1].start()
+    while settings.limits != slower:
+        time.sleep(0.001)
+    goes_on.set()
+    for thread in threads:
+        thread.join()
     assert settings.limits == slower
     assert ActiveSettings(tmp_path, ROBOT).limits == slower
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 from cohelm.arrays import replace
-from cohelm.errors import StoreError
 from cohelm.health import NO_CHANGES, MapChanges
 from cohelm.health.map_changes import PERSISTENT
 from cohelm.live import Drive, DriveSetup
 from cohelm.live.messages import ReleaseControl
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.map_changes import (
-    FILE,
     forget_changes,
     keep_changes,
     map_key,
@@ -31,52 +30,54 @@ GRID = OccupancyGrid(data=np.zeros((20, 30), dtype=np.int8), resolution=0.1, X_M
 FOUND = MapChanges(np.array([[3, 4, 0], [5, 1, 1]]), np.array([PERSISTENT, 2]), time=12.5)
 
 
-def test_what_one_ride_has_seen_the_next_one_knows(tmp_path):
-    assert remembered_changes(tmp_path, GRID) is NO_CHANGES
-    keep_changes(tmp_path, GRID, "ward", FOUND)
-    known = remembered_changes(tmp_path, GRID)
+@pytest.fixture
+def database(tmp_path):
+    return Database(tmp_path)
+
+
+def test_what_one_ride_has_seen_the_next_one_knows(database):
+    assert remembered_changes(database, GRID) is NO_CHANGES
+    keep_changes(database, GRID, "ward", FOUND)
+    known = remembered_changes(database, GRID)
     assert known.cells.tolist() == FOUND.cells.tolist()
     assert known.balance.tolist() == FOUND.balance.tolist()
     assert known.time == -np.inf  # the clock of the next ride begins anew
-    keep_changes(tmp_path, GRID, "ward", NO_CHANGES)  # it has found the map to be right again
-    (stored,) = stored_changes(tmp_path).values()
+    keep_changes(database, GRID, "ward", NO_CHANGES)  # it has found the map to be right again
+    (stored,) = stored_changes(database).values()
     assert (stored.rides, stored.cells) == (2, ())
 
 
-def test_a_map_is_known_by_its_content(tmp_path):
-    keep_changes(tmp_path, GRID, "ward", FOUND)
+def test_a_map_is_known_by_its_content(database):
+    keep_changes(database, GRID, "ward", FOUND)
     data = GRID.data.copy()
     data[3, 4] = OCCUPIED
     other = replace(GRID, data=data)
     assert map_key(other) != map_key(GRID) == map_key(replace(GRID, data=GRID.data.copy()))
-    assert remembered_changes(tmp_path, other) is NO_CHANGES
-    keep_changes(tmp_path, other, "annex", FOUND)
-    assert forget_changes(tmp_path, map_key(GRID)) == 1
-    assert [each.scene for each in stored_changes(tmp_path).values()] == ["annex"]
-    assert forget_changes(tmp_path) == 1
-    assert stored_changes(tmp_path) == {}
+    assert remembered_changes(database, other) is NO_CHANGES
+    keep_changes(database, other, "annex", FOUND)
+    assert forget_changes(database, map_key(GRID)) == 1
+    assert [each.scene for each in stored_changes(database).values()] == ["annex"]
+    assert forget_changes(database) == 1
+    assert stored_changes(database) == {}
 
 
-def test_a_ride_without_contradictions_on_an_unknown_map_writes_nothing(tmp_path):
-    keep_changes(tmp_path, GRID, "ward", NO_CHANGES)
-    assert not (tmp_path / FILE).exists()
+def test_a_ride_without_contradictions_on_an_unknown_map_writes_nothing(database):
+    keep_changes(database, GRID, "ward", NO_CHANGES)
+    assert not database.file.exists()
 
 
-HUGE = b"""{"maps": {"a": {
-    "scene": "x", "updated": "", "rides": 1, "cells": [[1, 1, 1%s]], "balance": [1]
-}}}""" % (30 * b"0")
-
-
-@pytest.mark.parametrize(
-    "damage", [b"", b"{", b'{"maps": 3}', b'{"maps": {"a": {"rides": 0}}}', HUGE]
+HUGE = """{"scene": "x", "updated": "", "rides": 1, "cells": [[1, 1, 1%s]], "balance": [1]}""" % (
+    30 * "0"
 )
-def test_a_damaged_file_is_named_ends_no_drive_and_is_replaced(tmp_path, damage):
-    (tmp_path / FILE).write_bytes(damage)
-    with pytest.raises(StoreError, match=FILE):
-        stored_changes(tmp_path)
-    assert remembered_changes(tmp_path, GRID) is NO_CHANGES
-    keep_changes(tmp_path, GRID, "ward", FOUND)
-    assert len(stored_changes(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("damage", ["", "{", "3", '{"rides": 0}', HUGE])
+def test_a_damaged_entry_is_named_ends_no_drive_and_is_replaced(database, damage, caplog):
+    database.set(f"map_changes:{map_key(GRID)}", damage)
+    assert remembered_changes(database, GRID) is NO_CHANGES
+    assert "is damaged" in caplog.text
+    keep_changes(database, GRID, "ward", FOUND)
+    assert len(stored_changes(database)) == 1
 
 
 def test_a_ride_begins_with_what_earlier_rides_have_seen():
@@ -113,7 +114,7 @@ def test_a_live_ride_past_a_door_that_moved_is_remembered(tmp_path):
     finally:
         drive.close()
     grid = build_scenario(load_scenario("moved-door"), 0).navigator.grid
-    found = remembered_changes(tmp_path, grid)
+    found = remembered_changes(Database(tmp_path), grid)
     door = np.array([7.0, 7.5])
     assert np.hypot(*(found.persistent(new=False) - door).T).min() < 0.6
     assert (found.cells[:, 2] == 1).any()  # the old door, no larger than people: only counted

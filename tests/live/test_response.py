@@ -2,14 +2,14 @@
 
 import pytest
 
-from cohelm.live.sessions.records import RideSummary
+from cohelm.live.sessions.database import Database
+from cohelm.live.sessions.records import RideSummary, unknown_session
 from cohelm.live.sessions.response import (
     reset_response,
     rider_response,
     stored_response,
     with_response,
 )
-from cohelm.live.sessions.session_files import as_json
 from cohelm.messages import RiderProfile
 
 
@@ -53,16 +53,14 @@ def test_only_learned_speeds_change_the_profile():
                          ).tight_speed == 0.3  # fmt: skip
 
 
-def test_it_is_deleted_with_the_rides_and_reset(tmp_path):
-    session = tmp_path / "20260131-142530"
-    session.mkdir()
-    file = session / "20260131-142530-r1.json"
-    file.write_bytes(as_json(ride(1, tight_speed=0.2)))
-    assert stored_response(tmp_path).tight_speed == pytest.approx(0.7)
-    reset_response(tmp_path)
-    assert stored_response(tmp_path).tight_speed == 0.8
-    (tmp_path / "response.json").unlink()
-    file.unlink()
-    assert stored_response(tmp_path).tight_speed == 0.8
-    reset_response(tmp_path / "new")
-    assert stored_response(tmp_path / "new").since
+def test_it_is_learned_from_the_stored_rides_and_reset(tmp_path):
+    database = Database(tmp_path)
+    assert stored_response(database).tight_speed == 0.8
+    database.write(
+        "INSERT INTO ride VALUES ('a-r1', 'a', '', 'measured', ?, ?, NULL, NULL)",
+        unknown_session("a", "").model_dump_json(), ride(1, tight_speed=0.2).model_dump_json(),
+    )  # fmt: skip
+    assert stored_response(database).tight_speed == pytest.approx(0.7)
+    reset_response(database)
+    assert stored_response(database).tight_speed == 0.8
+    assert stored_response(database).since

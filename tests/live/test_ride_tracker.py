@@ -4,102 +4,84 @@ import numpy as np
 import pytest
 
 from cohelm.errors import StoreError
-from cohelm.live.control.ipc import RideBegin
 from cohelm.live.control.mission import Mission
 from cohelm.live.messages import Limits
 from cohelm.live.ride_tracker import RideMarks, RideTracker
+from cohelm.live.sessions.records import RideSummary
+from cohelm.live.sessions.store import SessionStore
+from cohelm.scenarios import load_scenario
+from cohelm.scenarios.build import build_scenario
 
 MOVING = SimpleNamespace(twist=np.array([0.3, 0.0, 0.0]))
 
 
-class Kept:
-    """Stands in for the sessions: a ride can be rated once it is kept."""
-
-    def __init__(self):
-        self.rides, self.ratings, self.count = [], {}, 0
-
-    def begin(self, ride_setup, rider):
-        return SimpleNamespace(id="s")
-
-    def begin_ride(self):
-        self.count += 1
-        return f"s-r{self.count}", None
-
-    error = ""
-
-    def checkpoint(self, record, ride_setup=None):
-        self.begun = record.id
-
-    def keep(self, record, log, ride_setup):
-        self.rides.append(record.id)
-
-    def rate(self, ride, rating):
-        if ride not in self.rides:
-            raise StoreError("there is no such ride")
-        self.ratings[ride] = rating
-
-
 @pytest.fixture
-def ended():
+def ended(tmp_path):
     """A ride that is over, whose log the navigator's process still has."""
-    kept = Kept()
+    kept = SessionStore(tmp_path)
     limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
     rides = RideTracker(kept, SimpleNamespace(limits=limits, person=""), lambda *_: None)
-    rides.enter(SimpleNamespace(seed=0))
+    rides.enter(build_scenario(load_scenario("empty"), 0))
     rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
     rides.end("cancelled")
-    return rides, kept
+    yield rides, kept
+    kept.close()
+
+
+def first(rides):
+    """The id of the first ride."""
+    return rides._ended and next(iter(rides._ended))
+
+
+def rating(kept, ride):
+    kept.wait_until_idle()
+    return next(r.rating for each in kept.list() for r in each.rides if r.id == ride)
 
 
 def test_a_ride_is_rated_before_its_log_has_come(ended):
     rides, kept = ended
-    rides.rate("s-r1", 4)
-    assert kept.ratings == {}
+    ride = first(rides)
+    rides.rate(ride, 4)
+    assert kept.list() == ()
     rides.navigator_lost()
-    assert kept.rides == ["s-r1"]
-    assert kept.ratings == {"s-r1": 4}
+    assert rating(kept, ride) == 4
 
 
 def test_a_ride_is_rated_afterwards(ended):
     rides, kept = ended
+    ride = first(rides)
     rides.navigator_lost()
-    rides.rate("s-r1", 2)
-    assert kept.ratings == {"s-r1": 2}
+    rides.rate(ride, 2)
+    assert rating(kept, ride) == 2
 
 
 def test_marks_are_taken_in_their_order_and_none_is_lost(ended):
     """The navigator is busy from the beginning of one ride until after that of the next."""
     rides, _ = ended
+    one = first(rides)
     rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
-    assert rides.take_marks() == RideMarks(begin=RideBegin("s-r1", None))
-    assert rides.take_marks() == RideMarks(end="cancelled", begin=RideBegin("s-r2", None))
+    marks = rides.take_marks()
+    assert (marks.begin.ride, marks.end) == (one, "")
+    marks = rides.take_marks()
+    assert marks.begin.ride == f"{one[:-1]}2"
+    assert RideSummary.model_validate_json(marks.end).id == one
     rides.end("collision")
-    assert rides.take_marks() == RideMarks(end="collision")
+    marks = rides.take_marks()
+    assert RideSummary.model_validate_json(marks.end).outcome == "collision"
     assert rides.take_marks() == RideMarks()
+
+
+def test_the_summary_goes_to_the_log_every_second_and_never_before_the_beginning(ended):
+    rides, _ = ended
+    given = []
+    for _ in range(65):
+        rides.step(MOVING, Mission(), elapsed=0.05, length=0.1, device="keys")
+        given.append(rides.take_marks().summary)
+    told = [RideSummary.model_validate_json(each).duration for each in given if each]
+    assert told == pytest.approx([1.0, 2.0, 3.0], abs=0.1)
 
 
 def test_what_is_no_ride_is_not_rated(ended):
     rides, _ = ended
     with pytest.raises(StoreError):
         rides.rate("s-r2", 5)
-
-
-def test_a_full_disk_is_said_before_the_first_ride_and_no_longer_once_there_is_space():
-    kept = Kept()
-    full = [True]
-
-    def begin(ride_setup, rider):
-        if full[0]:
-            raise StoreError("cannot be written (No space left on device)", file="data")
-
-    kept.begin = begin
-    limits = Limits(max_speed=1.0, max_acceleration=0.5, min_distance=0.3)
-    settings = SimpleNamespace(limits=limits, person="", error="")
-    rides = RideTracker(kept, settings, lambda *_: None)
-    rides.enter(SimpleNamespace(seed=0))
-    assert "No space left" in rides.error
-    rides.retry()
-    assert "No space left" in rides.error
-    full[0] = False
-    rides.retry()
-    assert rides.error == ""

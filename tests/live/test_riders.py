@@ -7,15 +7,18 @@ import stat
 import zipfile
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from cohelm.errors import StoreError
 from cohelm.live.control.driver_state import DriverState
 from cohelm.live.control.limits import ActiveSettings, ChairMoves
+from cohelm.live.control.mission import Mission
 from cohelm.live.messages import Limits, RiderSettings
 from cohelm.live.ride_tracker import RideTracker
 from cohelm.live.rider_choice import RiderChoice
+from cohelm.live.sessions.database import FILE, Database
 from cohelm.live.sessions.progress import MIN_SESSIONS, SIGNIFICANCE, direction, rider_progress
 from cohelm.live.sessions.records import (
     LimitsAt,
@@ -32,10 +35,12 @@ from cohelm.live.sessions.riders import (
     RiderPreset,
     RiderStore,
 )
-from cohelm.live.sessions.session_files import as_json
 from cohelm.live.sessions.store import SessionStore
 from cohelm.messages import Mode
 from cohelm.robots import load_robot
+from cohelm.scenarios import load_scenario
+
+from .disk import full_disk
 
 ROBOT = load_robot("quantum_q6_edge")
 WIDE = Limits(max_speed=1.0, max_acceleration=0.8, min_distance=0.3)
@@ -50,13 +55,9 @@ def draft(name=NAME, **changes):
     return RiderDraft(name=name, preset=PRESET, **changes)
 
 
-def refuses(*_, **__):
-    raise OSError(28, "No space left on device")
-
-
 @pytest.fixture
 def riders(tmp_path):
-    return RiderStore(tmp_path)
+    return RiderStore(Database(tmp_path))
 
 
 def session(id_, rider, *rides):
@@ -83,26 +84,26 @@ def ride(id_, **changes):
     return RideSummary(**{**fields, **changes})
 
 
-def stored(folder, summary):
-    """A session's files, as the store writes them."""
-    own = folder / summary.session.id
-    own.mkdir()
-    (own / "session.json").write_bytes(as_json(summary.session))
+def stored(store, summary):
+    """Enter a session in the index."""
+    info, rider = summary.session.model_dump_json(), summary.session.rider
     for each in summary.rides:
-        (own / f"{each.id}.json").write_bytes(as_json(each))
+        store.database.write(
+            "INSERT INTO ride VALUES (?, ?, ?, 'unmeasured', ?, ?, NULL, NULL)",
+            each.id, each.session, rider, info, each.model_dump_json(),
+        )  # fmt: skip
+        store.log_file(each.id).parent.mkdir(exist_ok=True)
+        store.log_file(each.id).write_bytes(b"log")
 
 
 def test_a_rider_comes_back_as_given_and_only_the_owner_reads_the_file(riders, tmp_path):
     goals = (RiderGoal(kind="unaided", target=10), RiderGoal(kind="words", text="doors"))
     made = riders.create(draft(notes="left hand\nglasses", goals=goals))
-    again = RiderStore(tmp_path).get(made.id)
+    again = RiderStore(Database(tmp_path)).get(made.id)
     assert again == made
     assert (again.name, again.notes, again.goals) == (NAME, "left hand\nglasses", goals)
     assert again.preset == PRESET
-    file = tmp_path / "riders" / f"{made.id}.json"
-    assert stat.S_IMODE(file.stat().st_mode) == 0o600
-    assert stat.S_IMODE(file.parent.stat().st_mode) == 0o700
-    assert NAME not in str(file)
+    assert stat.S_IMODE((tmp_path / FILE).stat().st_mode) == 0o600
 
 
 @pytest.mark.parametrize("same", [NAME, "ana példa", "  ANA   PÉLDA ", "Ana Pe\u0301lda"])
@@ -129,36 +130,26 @@ def test_what_is_no_rider_is_refused(given):
         RiderDraft.model_validate({"name": "a", "preset": PRESET, **given})
 
 
-def test_a_damaged_file_is_told_not_replaced_and_leaves_the_others(riders, tmp_path):
+def test_a_damaged_record_is_told_not_replaced_and_leaves_the_others(riders, tmp_path):
     lost, kept = riders.create(draft()), riders.create(draft("Bo"))
-    file = tmp_path / "riders" / f"{lost.id}.json"
-    file.write_text('{"name": "An')
+    Database(tmp_path).write("UPDATE rider SET record = '{\"na' WHERE id = ?", lost.id)
     found, damaged = riders.list()
     assert [each.id for each in found] == [kept.id]
     assert [each.id for each in damaged] == [lost.id]
-    assert file.name in damaged[0].problem
+    assert lost.id in damaged[0].problem
     with pytest.raises(StoreError, match="cannot be read"):
         riders.change(lost.id, draft())
-    assert file.read_text() == '{"name": "An'
+    assert riders.check(lost.id) == '{"na'
     riders.remove(lost.id)
     assert riders.list() == ((kept,), ())
 
 
-def test_a_copied_file_is_no_second_rider(riders, tmp_path):
+def test_a_full_disk_keeps_what_was_stored_before(riders):
     made = riders.create(draft())
-    file = tmp_path / "riders" / f"{made.id}.json"
-    (file.parent / "rider-00000000.json").write_bytes(file.read_bytes())
-    found, damaged = riders.list()
-    assert (len(found), damaged[0].id) == (1, "rider-00000000")
-
-
-def test_a_full_disk_keeps_what_was_stored_before(riders, monkeypatch):
-    made = riders.create(draft())
-    with monkeypatch.context() as full:
-        full.setattr("os.fsync", refuses)
-        with pytest.raises(StoreError, match="No space left"):
+    with full_disk():
+        with pytest.raises(StoreError, match="cannot be written"):
             riders.change(made.id, draft("Bo"))
-        with pytest.raises(StoreError, match="No space left"):
+        with pytest.raises(StoreError, match="cannot be written"):
             riders.create(draft("Cy"))
     assert riders.list() == ((made,), ())
 
@@ -236,16 +227,22 @@ def test_who_rode_last_rides_on_and_a_rider_that_is_gone_does_not(desk, tmp_path
 
 
 def test_another_rider_begins_another_session(tmp_path):
-    begun = []
-    store = SimpleNamespace(begin=lambda ride_setup, rider: begun.append(rider))
     settings = ActiveSettings(tmp_path, ROBOT)
+    store = SessionStore(tmp_path)
     rides = RideTracker(store, settings, lambda *_: None)
-    rides.enter(SimpleNamespace())
-    rides.enter(SimpleNamespace())
-    assert begun == [""]  # one session for a drive
-    settings.choose("rider-00000001", None, None, lambda: True)
-    rides.enter(SimpleNamespace())
-    assert begun == ["", "rider-00000001"]
+    scenario = load_scenario("empty")
+    rides.enter(SimpleNamespace(seed=0, scenario=scenario, robot=ROBOT))
+    moving = SimpleNamespace(twist=np.array([0.3, 0.0, 0.0]))
+    begun = []
+    for person in ("", "", "rider-00000001"):
+        settings.choose(person, None, None, lambda: True)
+        rides.step(moving, Mission(), elapsed=0.05, length=0.0, device="keys")
+        begun.append(rides.ride)
+        rides.end("cancelled")
+    store.close()
+    assert begun[1] == f"{begun[0][:-1]}2"  # one session for a drive
+    assert begun[2].rpartition("-r")[0] != begun[0].rpartition("-r")[0]
+    assert begun[2].endswith("-r1")
 
 
 def test_nobody_is_changed_while_the_chair_moves(desk):
@@ -262,23 +259,22 @@ def test_nobody_is_changed_while_the_chair_moves(desk):
     assert desk.riders.list().riders == (made,)
 
 
-def test_on_a_full_disk_the_rider_and_what_is_tighter_count_at_once(desk, monkeypatch, tmp_path):
+def test_on_a_full_disk_the_rider_and_what_is_tighter_count_at_once(desk, tmp_path):
     made = desk.riders.create(draft(), "t")
-    with monkeypatch.context() as full:
-        full.setattr("os.fsync", refuses)
+    with full_disk():
         desk.riders.choose(made.id, "t")
         assert (desk.settings.person, desk.settings.limits) == (made.id, CALM)
-        assert "No space left" in desk.settings.error
+        assert "cannot be written" in desk.settings.error
     desk.settings.retry()
     assert desk.settings.error == ""
     assert ActiveSettings(tmp_path, ROBOT).person == made.id
 
 
-def test_on_a_full_disk_nothing_becomes_looser(desk, monkeypatch):
+def test_on_a_full_disk_nothing_becomes_looser(desk):
     desk.settings.set_limits(CALM, lambda: True)
     made = desk.riders.create(draft().model_copy(update={"preset": RiderPreset(limits=WIDE)}), "t")
-    monkeypatch.setattr("os.fsync", refuses)
-    desk.riders.choose(made.id, "t")
+    with full_disk():
+        desk.riders.choose(made.id, "t")
     assert desk.settings.limits == CALM
 
 
@@ -302,10 +298,9 @@ def test_a_deleted_rider_takes_their_sessions_and_nobody_else_s(desk, tmp_path):
     one, other = desk.riders.create(draft(), "t"), desk.riders.create(draft("Bo"), "t")
     for number, rider in enumerate((one.id, other.id, "", one.id)):
         id_ = f"2026010{number + 1}-101010"
-        stored(tmp_path, session(id_, rider, ride(f"{id_}-r1")))
-    broken = tmp_path / "20260109-101010"
-    broken.mkdir()
-    (broken / "session.json").write_text("{")
+        stored(desk.store, session(id_, rider, ride(f"{id_}-r1")))
+    older = tmp_path / "20260109-101010"
+    older.mkdir()
     desk.riders.choose(one.id, "t")
     assert desk.settings.limits == CALM
     deleted = desk.riders.delete(one.id, "t")
@@ -313,8 +308,9 @@ def test_a_deleted_rider_takes_their_sessions_and_nobody_else_s(desk, tmp_path):
     assert desk.settings.rider == desk.settings.defaults.rider
     assert (deleted.sessions, deleted.unreadable) == (2, 1)
     assert desk.settings.person == ""
-    left = {file.name for file in tmp_path.iterdir() if file.name.startswith("2026")}
-    assert left == {"20260102-101010", "20260103-101010", broken.name}
+    left = {file.stem for file in tmp_path.rglob("*.mcap")}
+    assert left == {"20260102-101010-r1", "20260103-101010-r1"}
+    assert older.exists()
     assert [each.id for each in desk.riders.list().riders] == [other.id]
     assert not any(NAME.encode() in f.read_bytes() for f in tmp_path.rglob("*") if f.is_file())
 
@@ -322,12 +318,11 @@ def test_a_deleted_rider_takes_their_sessions_and_nobody_else_s(desk, tmp_path):
 def test_the_export_has_all_of_one_rider_and_nothing_of_others(desk, tmp_path):
     one, other = desk.riders.create(draft(), "t"), desk.riders.create(draft("Bo"), "t")
     mine, theirs = "20260101-101010", "20260102-101010"
-    stored(tmp_path, session(mine, one.id, ride(f"{mine}-r1")))
-    stored(tmp_path, session(theirs, other.id, ride(f"{theirs}-r1")))
+    stored(desk.store, session(mine, one.id, ride(f"{mine}-r1")))
+    stored(desk.store, session(theirs, other.id, ride(f"{theirs}-r1")))
     with zipfile.ZipFile(io.BytesIO(desk.riders.export(one.id, "t"))) as archive:
         assert {*archive.namelist()} == {
-            "rider.json", f"{mine}.html", f"{mine}.csv", f"{mine}/session.json",
-            f"{mine}/{mine}-r1.json",
+            "rider.json", f"{mine}.html", f"{mine}.csv", f"{mine}.json", f"{mine}-r1.mcap",
         }  # fmt: skip
         assert NAME in archive.read(f"{mine}.html").decode()
         assert NAME not in archive.read(f"{mine}.csv").decode()

@@ -1,16 +1,15 @@
 """Preference between routes: stored with the rides, per rider, deleted and reset with them."""
 
-import shutil
 from typing import get_args
 
 import pytest
 
 from cohelm.live.control.mission import Mission, choice_of
 from cohelm.live.messages import ChosenRoute, Destination, RouteCause, RouteFigures
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.records import RideSummary, SessionInfo
 from cohelm.live.sessions.response import reset_response
 from cohelm.live.sessions.route_choices import learned_preference
-from cohelm.live.sessions.session_files import as_json
 from cohelm.navigation import PlanReason
 from cohelm.planning.alternatives.learned_preference import MIN_CHOICES
 
@@ -24,41 +23,33 @@ def quiet_choice(taken=1):
     return choice_of(ChosenRoute(figures=(SHORT, QUIET), taken=taken), WARD)
 
 
-def session(root, number, rider, count):
+def session(database, number, rider, count):
     """Session in which the rider took the quieter way each time."""
-    folder = root / f"20260131-14253{number}"
-    folder.mkdir()
+    id_ = f"20260131-14253{number}"
     info = SessionInfo(
-        id=folder.name, started="2026-01-31T14:25:30+00:00", scene="hospital", robot="chair",
-        rider=rider,
-    )  # fmt: skip
-    (folder / "session.json").write_bytes(as_json(info))
+        id=id_, started="2026-01-31T14:25:30+00:00", scene="hospital", robot="chair", rider=rider
+    )
     for k in range(1, count + 1):
         ride = RideSummary(
-            id=f"{folder.name}-r{k}", session=folder.name, seed=0,
+            id=f"{id_}-r{k}", session=id_, seed=0,
             started=f"2026-01-31T14:{k:02d}:00+00:00", destination="Ward 1",
             outcome="arrived", duration=10.0, length=5.0, choice=quiet_choice(),
         )  # fmt: skip
-        (folder / f"{ride.id}.json").write_bytes(as_json(ride))
-    return folder
+        database.write(
+            "INSERT INTO ride VALUES (?, ?, ?, 'measured', ?, ?, NULL, NULL)",
+            ride.id, id_, rider, info.model_dump_json(), ride.model_dump_json(),
+        )  # fmt: skip
 
 
-def test_it_is_learned_from_the_rides_of_the_rider_alone(tmp_path):
-    session(tmp_path, 0, ANNA, MIN_CHOICES)
-    session(tmp_path, 1, "", MIN_CHOICES - 1)
-    weights = learned_preference(tmp_path, ANNA)
+def test_it_is_learned_from_the_rides_of_the_rider_alone_and_reset(tmp_path):
+    database = Database(tmp_path)
+    session(database, 0, ANNA, MIN_CHOICES)
+    session(database, 1, "", MIN_CHOICES - 1)
+    weights = learned_preference(database, ANNA)
     assert weights.encounters < 0.0 < weights.length  # they went farther, and met fewer people
-    assert learned_preference(tmp_path, "") is None
-
-
-def test_it_goes_with_the_rides_and_with_the_reset(tmp_path):
-    folder = session(tmp_path, 0, "", MIN_CHOICES)
-    assert learned_preference(tmp_path, "") is not None
-    reset_response(tmp_path)  # now, which is later than the rides
-    assert learned_preference(tmp_path, "") is None
-    (tmp_path / "response.json").unlink()
-    shutil.rmtree(folder)
-    assert learned_preference(tmp_path, "") is None
+    assert learned_preference(database, "") is None
+    reset_response(database)  # now, which is later than the rides
+    assert learned_preference(database, ANNA) is None
 
 
 def test_a_choice_belongs_to_its_trip():

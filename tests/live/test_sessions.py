@@ -1,7 +1,6 @@
 """What is kept of sessions: whole, private, and gone by one action."""
 
 import csv
-import errno
 import io
 import multiprocessing
 import os
@@ -9,6 +8,7 @@ import re
 import stat
 import threading
 import time
+from dataclasses import replace
 from html.parser import HTMLParser
 from multiprocessing.connection import Connection
 from types import SimpleNamespace
@@ -19,16 +19,20 @@ from PIL import Image
 from cohelm.errors import StoreError
 from cohelm.evaluation.metrics.measures import RIDE_MEASURES
 from cohelm.live.messages import Limits
-from cohelm.live.sessions import measuring, session_files
+from cohelm.live.sessions import measuring
 from cohelm.live.sessions import store as module
-from cohelm.live.sessions.files import write_atomically
-from cohelm.live.sessions.records import LimitsAt, RideStop, RideSummary, default_folder
-from cohelm.live.sessions.ride_log import RideLogWriter
+from cohelm.live.sessions.database import FILE
+from cohelm.live.sessions.records import LimitsAt, RideBegin, RideSummary, default_folder
+from cohelm.live.sessions.ride_log import RideLogWriter, facts_of_log
 from cohelm.live.sessions.store import SessionStore
+from cohelm.messages import Reason
 from cohelm.navigation import Navigator
+from cohelm.safety import stop
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 from cohelm.simulation import World
+
+from .disk import full_disk
 
 LIMITS = Limits(max_speed=0.7, max_acceleration=0.5, min_distance=0.45)
 
@@ -64,14 +68,14 @@ def here(monkeypatch):
         exitcode = 0
 
         def __init__(self, target, args, daemon):
-            task, sender = args
+            *given, sender = args
             own = Connection(os.dup(sender.fileno()), readable=False)
-            super().__init__(target=self._answer, args=(target, task, own), daemon=daemon)
+            super().__init__(target=self._answer, args=(target, given, own), daemon=daemon)
 
         @staticmethod
-        def _answer(target, task, sender):
+        def _answer(target, given, sender):
             with sender:
-                target(task, sender)
+                target(*given, sender)
 
     here = SimpleNamespace(Process=Here, Pipe=multiprocessing.Pipe)
     monkeypatch.setattr(measuring, "spawn", here)
@@ -102,16 +106,22 @@ def record(ride, session="", **changes):
     return RideSummary(**{**fields, **changes})
 
 
+def logged(ride, session, file, ride_setup, ticks):
+    """The answer of the navigator's process to a ride with these ticks."""
+    book = RideLogWriter(lambda: facts_of_log(ride_setup))
+    summary = record(ride, outcome="cancelled", duration=0.0).model_dump_json()
+    book.begin(RideBegin(ride, file, session.model_dump_json(), summary))
+    for tick, truth in ticks:
+        book.add(tick, truth)
+    book.end(record(ride).model_dump_json())
+    book.close()
+    return book.finished()
+
+
 def driven(store, ride_setup, ticks=(), **changes):
     """A ride that is kept, with a log where there are ticks; its id."""
-    ride, file = store.begin_ride()
-    log = None
-    if ticks:
-        book = RideLogWriter()
-        book.begin(ride, file)
-        for tick, truth in ticks:
-            book.add(tick, truth)
-        log = book.end("arrived")
+    ride, session, file = store.begin_ride()
+    log = logged(ride, session, file, ride_setup, ticks) if ticks else None
     store.keep(record(ride, **changes), log, ride_setup)
     return ride
 
@@ -130,13 +140,13 @@ def test_a_ride_is_measured_and_mapped_in_a_process_aside(tmp_path, ride_setup, 
         assert picture.format == "PNG"
         assert max(picture.size) <= 1200
     assert store.png(facts.id) == store.png(ride)
-    left = {file.name for file in (store.folder / facts.id).iterdir()}
-    assert left == {"session.json", f"{ride}.json", f"{ride}.png", f"{ride}.timeline"}
+    left = {file.name for file in store.folder.rglob("*") if file.is_file()}
+    assert left == {FILE, f"{ride}.mcap"}
     assert not store.error
     store.close()
 
 
-def test_the_newest_session_comes_first_and_empty_ones_are_not_there(tmp_path, ride_setup):
+def test_the_newest_session_comes_first_and_empty_ones_are_not_there(tmp_path, ride_setup, here):
     ids = []
     for _ in range(3):
         store = SessionStore(tmp_path)
@@ -151,7 +161,6 @@ def test_the_newest_session_comes_first_and_empty_ones_are_not_there(tmp_path, r
     assert [[ride.id for ride in each.rides] for each in listed] == [
         [f"{id_}-r1", f"{id_}-r2"] for id_ in (ids[2], ids[0])
     ]
-    assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_a_rating_stays_beside_measures_that_come_later(store, ride_setup, ticks):
@@ -185,89 +194,82 @@ def test_only_the_owner_reads_it(store, ride_setup, ticks):
         assert stat.S_IMODE(file.stat().st_mode) == (0o700 if file.is_dir() else 0o600), file
 
 
-def test_one_action_deletes_it_all_but_not_audit_and_settings(store, ride_setup, ticks):
+def test_one_action_deletes_it_all_but_what_is_not_of_a_session(store, ride_setup, ticks):
     store.begin(ride_setup)
-    (store.folder / "audit.jsonl").write_text("")
-    (store.folder / "settings.json").write_text("")
-    driven(store, ride_setup, ticks)
-    assert store.delete_all() == 1
+    store.database.set("settings", "x")
+    ride = driven(store, ride_setup, ticks, destination="Oncology")
     store.wait_until_idle()
-    assert {file.name for file in store.folder.iterdir()} == {"audit.jsonl", "settings.json"}
+    png = store.png(ride)
+    assert store.delete_all() == 1
     assert store.list() == ()
-
-
-def test_who_still_writes_while_all_is_deleted_keeps_nothing_of_it(
-    store, ride_setup, ticks, monkeypatch
-):
-    driven_in = store.begin(ride_setup).id
-    ride = driven(store, ride_setup, ticks)
-    late, remove = [], session_files.shutil.rmtree
-
-    def slowly(folder):
-        """As the process that measures may: it does not know that the ride is deleted."""
-        with pytest.raises(StoreError):
-            write_atomically(store.folder / driven_in / f"{ride}.timeline", b"{}")
-        late.append(folder)
-        remove(folder)
-
-    with monkeypatch.context() as slow:
-        slow.setattr(session_files.shutil, "rmtree", slowly)
-        assert store.delete_all() == 1
-        store.wait_until_idle()
-    assert late
-    assert [*store.folder.iterdir()] == []
-
-
-def test_what_could_not_be_deleted_is_named_and_is_the_next_time(
-    store, ride_setup, ticks, monkeypatch
-):
-    store.begin(ride_setup)
-    ride = driven(store, ride_setup, ticks)
-    with monkeypatch.context() as broken:
-        broken.setattr(session_files.shutil, "rmtree", refuses)
-        with pytest.raises(StoreError, match=r"data/\.deleted-.*cannot be deleted \(Read-only"):
-            store.delete_all()
-    assert store.list() == ()
+    assert not [*store.folder.rglob("*.mcap")]
+    left = (store.folder / FILE).read_bytes()
+    assert b"Oncology" not in left  # it is overwritten, too
+    assert png[:2000] not in left
+    assert store.database.setting("settings") == "x"
     with pytest.raises(StoreError, match="there is no such ride"):
         store.rate(ride, 5)
-    assert any(store.folder.rglob("*.json"))
+
+
+def test_who_still_measures_while_all_is_deleted_keeps_nothing_of_it(
+    store, ride_setup, ticks, monkeypatch
+):
+    begun, deleted, real = threading.Event(), threading.Event(), module.measure_in_subprocess
+
+    def slowly(*given):
+        found = real(*given)
+        begun.set()
+        assert deleted.wait(30.0)
+        return found
+
+    monkeypatch.setattr(module, "measure_in_subprocess", slowly)
+    store.begin(ride_setup)
+    ride = driven(store, ride_setup, ticks)
+    assert begun.wait(30.0)
+    assert store.delete_all() == 1
+    deleted.set()
     store.wait_until_idle()
-    assert store.delete_all() == 0
-    assert [*store.folder.iterdir()] == []
-    (store.folder / ".deleted-17-20260131-142530").mkdir()
-    SessionStore(store.folder).close()  # a program that was killed meanwhile goes on with it
-    assert [*store.folder.iterdir()] == []
+    assert store.list() == ()
+    with pytest.raises(StoreError, match="no map of"):
+        store.png(ride)
 
 
-def test_files_of_others_stay_in_a_shared_folder(tmp_path):
-    home = tmp_path / "home"
-    own = home / "20260131-142530"
-    for folder in (home / "project", home / ".deleted-photos", own):
-        folder.mkdir(parents=True)
-    home.chmod(0o755)
-    others = [
-        home / "project" / ".env", home / "project" / "a.measures.csv",
-        home / ".deleted-photos" / "a.jpg", own / ".notes", own / "a.measures.txt",
-    ]  # fmt: skip
-    riders = home / "riders"
-    riders.mkdir()
-    left = [own / ".session.json.ab12_xyz", riders / ".rider-1.json.ab12_xyz"]
-    for file in [*others, *left]:
-        file.write_text("x")
-        os.utime(file, (time.time() - 3 * 86_400,) * 2)
-    SessionStore(home).close()
-    assert all(file.exists() for file in others)
-    assert not any(file.exists() for file in left)
-    assert stat.S_IMODE(home.stat().st_mode) == 0o755
+def test_what_could_not_be_deleted_is_named_and_is_the_next_time(store, ride_setup, ticks):
+    store.begin(ride_setup)
+    ride = driven(store, ride_setup, ticks)
+    store.wait_until_idle()
+    log = store.log_file(ride)
+    log.unlink()
+    log.mkdir()
+    (log / "x").mkdir(mode=0o000)
+    with pytest.MonkeyPatch.context() as broken:
+        broken.setattr(module.shutil, "rmtree", refuses)
+        with pytest.raises(StoreError, match=rf"{ride}\.mcap: cannot be deleted \(Read-only"):
+            store.delete_all()
+    assert store.list() == ()  # it is deleted for every page
+    SessionStore(store.folder).close()  # and a program that starts later goes on with it
+    assert not log.exists()
 
 
-def test_a_session_of_an_impossible_date_is_listed(tmp_path):
-    ride = tmp_path / "20261399-999999" / "20261399-999999-r1.json"
-    ride.parent.mkdir()
-    ride.write_text("{")
-    (found,) = SessionStore(tmp_path).list()
-    assert [each.error for each in found.rides] != [""]
-    assert found.session.started.startswith("1970")
+def refuses(_folder):
+    raise OSError(30, "Read-only file system")
+
+
+def test_data_of_older_versions_is_named_and_deleted_with_the_rest(tmp_path, ride_setup):
+    old = tmp_path / "20260131-142530"
+    old.mkdir()
+    (old / "session.json").write_text("{}")
+    others = tmp_path / "project"
+    others.mkdir()
+    store = SessionStore(tmp_path)
+    (found,) = store.list()
+    assert "older version" in found.session.scene
+    assert "older version" in store.html(old.name)
+    assert store.unreadable() == 1
+    assert store.delete_all() == 1
+    assert not old.exists()
+    assert others.exists()
+    store.close()
 
 
 def test_a_session_that_was_deleted_is_never_another_one(store, ride_setup):
@@ -281,17 +283,14 @@ def test_a_session_that_was_deleted_is_never_another_one(store, ride_setup):
     assert len(names) == 9
 
 
-def refuses(_folder):
-    raise OSError(errno.EROFS, "Read-only file system")
-
-
 def test_a_ride_that_was_going_on_when_all_was_deleted_is_not_kept_and_the_next_one_is(
-    store, ride_setup
+    store, ride_setup, ticks
 ):
     first = store.begin(ride_setup)
-    ride, _ = store.begin_ride()
+    ride, session, file = store.begin_ride()
     store.delete_all()
-    store.keep(record(ride), None, ride_setup)
+    log = logged(ride, session, file, ride_setup, ticks)  # which knows of no deletion
+    store.keep(record(ride), log, ride_setup)
     store.wait_until_idle()
     assert store.list() == ()
     later = driven(store, ride_setup)
@@ -299,6 +298,10 @@ def test_a_ride_that_was_going_on_when_all_was_deleted_is_not_kept_and_the_next_
     (session,) = store.list()
     assert [each.id for each in session.rides] == [later]
     assert session.session.scene == first.scene
+    again = SessionStore(store.folder)
+    assert [each.id for found in again.list() for each in found.rides] == [later]
+    assert not file.exists()
+    again.close()
 
 
 def test_a_ride_whose_log_is_lost_is_kept_and_says_so(store, ride_setup):
@@ -313,77 +316,70 @@ def test_a_ride_whose_log_is_lost_is_kept_and_says_so(store, ride_setup):
         store.png(facts.id)
 
 
-def test_of_a_navigator_that_was_killed_the_rows_are_measured(store, ride_setup, ticks):
+def test_of_a_navigator_that_was_killed_the_log_is_measured(store, ride_setup, ticks):
     facts = store.begin(ride_setup)
-    ride, file = store.begin_ride()
-    book = RideLogWriter()
-    book.begin(ride, file)
-    for tick, truth in ticks:
-        book.add(tick, truth)
-    book.end("cancelled")  # which nobody hears of
+    ride, session, file = store.begin_ride()
+    logged(ride, session, file, ride_setup, ticks)  # which nobody hears of
     store.keep(record(ride), None, ride_setup)
     store.wait_until_idle()
     (kept,) = store.summary(facts.id).rides
     assert "navigator was lost" in kept.error
     assert kept.measures["path_length"] > 0.0
-    assert "path_error" not in kept.measures
+    assert "path_error" in kept.measures  # the route is in the log as well
     assert store.png(ride)
-    assert not file.exists()
 
 
-def test_rows_that_cannot_be_measured_leave_the_ride_and_say_why(
-    store, ride_setup, ticks, monkeypatch
-):
-    facts = store.begin(ride_setup)
-    ride, file = store.begin_ride()
-    book = RideLogWriter()
-    book.begin(ride, file)
-    book.add(*ticks[0])
-    log = book.end("cancelled")
-    file.write_bytes(b"")
-    store.keep(record(ride), log, ride_setup)
-    store.wait_until_idle()
-    (kept,) = store.summary(facts.id).rides
-    assert "holds no tick" in kept.error
-    assert file.name in kept.error
-    assert file.exists()
-
-
-def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup, monkeypatch):
+def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup):
     facts = store.begin(ride_setup)
     ride = driven(store, ride_setup)
     store.wait_until_idle()
     before = store.summary(facts.id)
-    with monkeypatch.context() as broken:
-        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+    with full_disk():
         store.rate(ride, 1)
         store.wait_until_idle()
-    assert "cannot be written" in store.error
+        assert "cannot be written" in store.error
+        store.retry()
+        store.wait_until_idle()
+        assert store.error
+    store.retry()
+    store.wait_until_idle()
+    assert not store.error
     assert store.summary(facts.id) == before
-    assert not [f for f in (store.folder / facts.id).iterdir() if f.name.startswith(".")]
 
 
-def test_a_damaged_ride_hides_no_other_one_and_says_so(store, ride_setup, caplog):
+def test_a_record_of_another_version_hides_no_other_one_and_says_so(store, ride_setup):
     facts = store.begin(ride_setup)
     one, two = driven(store, ride_setup), driven(store, ride_setup)
     store.wait_until_idle()
-    (store.folder / facts.id / f"{one}.json").write_text("{")
-    damaged, sound = store.summary(facts.id).rides
-    assert (damaged.id, sound.id) == (one, two)
-    assert f"{one}.json" in damaged.error
-    assert f"{one}.json" in caplog.text
-    assert f"{one}.json" in store.html(facts.id)
+    store.database.write("UPDATE ride SET summary = '{}' WHERE id = ?", one)
+    other, sound = store.summary(facts.id).rides
+    assert (other.id, sound.id) == (one, two)
+    assert "older version" in other.error
+    assert "older version" in store.html(facts.id)
 
 
-def test_a_session_whose_file_is_damaged_is_still_shown_with_its_rides(store, ride_setup):
-    facts = store.begin(ride_setup)
-    ride = driven(store, ride_setup)
+@pytest.mark.parametrize("damage", [b"", b"no database at all, but long enough" * 100])
+def test_a_damaged_index_is_named_and_the_rides_are_read_again_without_it(
+    store, ride_setup, ticks, damage
+):
+    store.begin(ride_setup, "rider-00000001")
+    ride = driven(store, ride_setup, ticks)
     store.wait_until_idle()
-    (store.folder / facts.id / "session.json").write_bytes(b"\x00\xff")
-    (session,) = store.list()
-    assert [each.id for each in session.rides] == [ride]
-    assert "cannot be read" in session.session.scene
-    assert ride in store.csv(facts.id)
+    measures = store.list()[0].rides[0].measures
+    file = store.folder / FILE
+    file.write_bytes(damage)
+    if damage:
+        with pytest.raises(StoreError, match=r"cohelm\.sqlite: cannot be read .*move it away"):
+            SessionStore(store.folder)
+        file.unlink()
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    ((kept,),) = [each.rides for each in again.list()]
+    assert (kept.id, kept.destination) == (ride, "Ward 4")
+    assert kept.measures == measures
+    assert (kept.outcome, kept.error) == ("arrived", "")
+    assert again.list()[0].session.rider == "rider-00000001"
+    again.close()
 
 
 @pytest.mark.slow
@@ -405,104 +401,76 @@ def test_what_takes_too_long_at_the_end_is_measured_at_the_next_start(
     (kept,) = again.list()
     assert [ride.id for ride in kept.rides] == rides
     assert all(ride.measures["path_length"] > 0.0 and not ride.error for ride in kept.rides)
-    assert not [*tmp_path.glob("*/*.rows"), *tmp_path.glob("*/*.task")]
     again.close()
 
 
-@pytest.mark.parametrize("garbage", [b"of another time", b"", b"\x80\x05N.", bytes(5000)])
-def test_a_task_that_cannot_be_used_deletes_no_raw_data(store, ride_setup, ticks, garbage):
-    """Neither now nor at the next start, and it is tried once."""
-    facts = store.begin(ride_setup)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(module, "task_of", lambda *_: garbage)
-        ride = driven(store, ride_setup, ticks)
-        store.wait_until_idle()
-    (kept,) = store.summary(facts.id).rides
-    assert "not measured" in kept.error
-    rows = store.folder / facts.id / f"{ride}.rows"
-    before = rows.read_bytes()
-    assert f"{ride}.rows" in kept.error
+def cut(content):
+    return content[: content.rindex(b"zstd", 0, len(content) // 2) + 2000]
+
+
+def broken(content):
+    at = content.rindex(b"zstd", 0, len(content) // 2) + 2000
+    return content[:at] + bytes(100) + content[at + 100 :]
+
+
+@pytest.mark.parametrize("damage", [bytes, cut, broken])
+def test_the_log_of_a_killed_program_is_finished_and_measured_at_the_next_start(
+    store, ride_setup, ticks, damage
+):
+    store.begin(ride_setup)
+    ride, session, file = store.begin_ride()
+    logged(ride, session, file, ride_setup, ticks * 20)
+    before = damage(file.read_bytes())
+    file.write_bytes(before)
     again = SessionStore(store.folder)
     again.wait_until_idle()
+    ((kept,),) = [each.rides for each in again.list()]
     again.close()
-    assert rows.read_bytes() == before
-    assert rows.with_suffix(".failed").read_bytes() == garbage
+    assert (kept.id, kept.destination) == (ride, "Ward 4")
+    assert kept.outcome == ("arrived" if damage is bytes else "cancelled")
+    assert ("interrupted" in kept.error) == (damage is not bytes)
+    assert kept.measures["path_length"] > 0.0
+    assert file.read_bytes() == before  # raw data stay as they are
 
 
-def killed(store, ride_setup, ticks, **changes):
-    """A ride whose program was killed: begun, with rows, and never ended."""
+@pytest.mark.parametrize("garbage", [b"", b"garbage" * 500])
+def test_a_log_that_cannot_be_read_is_shown_and_kept(store, ride_setup, ticks, garbage, caplog):
     store.begin(ride_setup)
-    ride, file = store.begin_ride()
-    store.checkpoint(record(ride, outcome="cancelled", **changes), ride_setup)
+    ride, session, file = store.begin_ride()
+    logged(ride, session, file, ride_setup, ticks)
+    file.write_bytes(garbage)
+    again = SessionStore(store.folder)
+    again.wait_until_idle()
+    ((kept,),) = [each.rides for each in again.list()]
+    assert file.name in kept.error
+    assert file.name in caplog.text
+    assert again.unreadable() == 1
+    assert ride in again.csv(session.id)
+    again.close()
+    assert file.read_bytes() == garbage
+    assert SessionStore(store.folder).list()[0].rides == (kept,)
+
+
+def test_a_damaged_log_of_a_ride_that_ended_is_measured_and_says_so(store, ride_setup, ticks):
+    store.begin(ride_setup)
+    ride, session, file = store.begin_ride()
+    log = logged(ride, session, file, ride_setup, ticks)
+    file.write_bytes(file.read_bytes()[:-20])
+    store.keep(record(ride), log, ride_setup)
     store.wait_until_idle()
-    book = RideLogWriter()
-    book.begin(ride, file)
-    for tick, truth in ticks:
-        book.add(tick, truth)
-    return ride
+    ((kept,),) = [each.rides for each in store.list()]
+    assert "The log is damaged: the file is cut off" in kept.error
+    assert kept.measures["path_length"] > 0.0
 
 
-def test_a_ride_of_a_killed_program_is_finished_and_measured_at_the_next_start(
-    store, ride_setup, ticks
-):
-    ride = killed(store, ride_setup, ticks, duration=1.0, length=0.1)
-    again = SessionStore(store.folder)
-    again.wait_until_idle()
-    (session,) = again.list()
-    (kept,) = session.rides
-    assert kept.id == ride
-    assert kept.destination == "Ward 4"
-    assert kept.duration == pytest.approx(ticks[-1][1].time - ticks[0][1].time, abs=0.01)
-    assert "interrupted" in kept.error
-    assert kept.measures["path_length"] == pytest.approx(kept.length, abs=0.05)
-    assert not [*store.folder.glob("*/*.begun"), *store.folder.glob("*/*.rows")]
-    again.close()
-
-
-@pytest.mark.parametrize("suffix", [".begun", ".task", ".rows"])
-def test_a_ride_of_a_killed_program_whose_files_are_damaged_is_shown_and_loses_none(
-    store, ride_setup, ticks, suffix
-):
-    ride = killed(store, ride_setup, ticks)
-    folder = store.folder / ride.rpartition("-r")[0]
-    rows = (folder / f"{ride}.rows").read_bytes()
-    (folder / f"{ride}{suffix}").write_bytes(b"garbage")
-    again = SessionStore(store.folder)
-    again.wait_until_idle()
-    ((kept,),) = [session.rides for session in again.list()]
-    assert kept.id == ride
-    assert kept.error
-    if suffix == ".task":
-        assert (folder / f"{ride}.rows").read_bytes() == rows
-    elif suffix == ".begun":
-        assert kept.measures["path_length"] > 0.0
-    again.close()
-
-
-def test_rows_of_a_killed_program_are_never_swept(store, ride_setup, monkeypatch):
-    """Even if nothing else of the ride is there, and however old they are."""
-    store.begin(ride_setup)
-    ride, file = store.begin_ride()
-    file.write_bytes(b"rows")
-    late = file.stat().st_mtime + 90_000.0
-    monkeypatch.setattr(session_files.time, "time", lambda: late)
-    again = SessionStore(store.folder)
-    again.wait_until_idle()
-    ((kept,),) = [session.rides for session in again.list()]
-    again.close()
-    assert kept.id == ride
-    assert file.read_bytes() == b"rows"
-
-
-def test_a_ride_that_a_full_disk_refused_is_stored_once_there_is_space(
-    store, ride_setup, ticks, monkeypatch
-):
+def test_a_ride_that_a_full_disk_refused_is_stored_once_there_is_space(store, ride_setup, ticks):
     facts = store.begin(ride_setup)
-    with monkeypatch.context() as broken:
-        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
+    with full_disk():
         ride = driven(store, ride_setup, ticks)
         store.wait_until_idle()
         assert "cannot be written" in store.error
+        store.rate(ride, 4)
+        store.wait_until_idle()
         store.retry()
         store.wait_until_idle()
         assert store.error
@@ -510,33 +478,8 @@ def test_a_ride_that_a_full_disk_refused_is_stored_once_there_is_space(
     store.wait_until_idle()
     assert store.error == ""
     (kept,) = store.summary(facts.id).rides
-    assert kept.id == ride
-    assert kept.measures["path_length"] > 0.0
-
-
-def test_an_error_does_not_end_before_the_disk_takes_something(store, ride_setup, monkeypatch):
-    store.begin(ride_setup)
-    ride = driven(store, ride_setup)
-    store.wait_until_idle()
-    with monkeypatch.context() as broken:
-        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
-        store.rate(ride, 1)
-        store.wait_until_idle()
-        store.retry()
-        store.wait_until_idle()
-        assert store.error
-    store.retry()
-    store.wait_until_idle()
-    assert not store.error
-
-
-def test_a_session_with_nothing_but_rows_is_not_removed_when_the_program_ends(tmp_path, ride_setup):
-    store = SessionStore(tmp_path)
-    store.begin(ride_setup)
-    _, file = store.begin_ride()
-    file.write_bytes(b"rows")
-    store.close()
-    assert file.exists()
+    assert (kept.id, kept.rating) == (ride, 4)
+    assert f"{len(ticks)} ticks of this ride" in kept.error
 
 
 class _Page(HTMLParser):
@@ -557,9 +500,9 @@ class _Page(HTMLParser):
 
 def test_the_page_needs_nothing_else_and_says_what_happened(store, ride_setup, ticks):
     facts = store.begin(ride_setup)
-    driven(store, ride_setup, ticks, rating=4, stops=(
-        RideStop(time=3.0, duration=1.5, code="blocked", text="Something stands in the way."),
-    ))  # fmt: skip
+    tick, truth = ticks[-1]
+    held = replace(tick, decision=stop(Reason.BLOCKED))
+    driven(store, ride_setup, [*ticks, (held, truth)], rating=4)
     store.wait_until_idle()
     html = store.html(facts.id)
     page = _Page(html)
@@ -614,24 +557,3 @@ def test_it_lies_where_the_desktop_keeps_data(monkeypatch, tmp_path):
     assert default_folder() == tmp_path / "cohelm" / "sessions"
     monkeypatch.setenv("XDG_DATA_HOME", "not/absolute")
     assert default_folder().is_absolute()
-
-
-def test_a_session_that_a_full_disk_refused_leaves_no_folder(store, ride_setup, monkeypatch):
-    with monkeypatch.context() as broken:
-        broken.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "full")))
-        with pytest.raises(StoreError, match="cannot be written"):
-            store.begin(ride_setup)
-    assert not [each for each in store.folder.iterdir() if each.is_dir()]
-    assert not store.list()
-
-
-def test_an_empty_folder_of_a_killed_program_is_no_session(tmp_path):
-    """Killed between the folder and its record, or by an earlier program on a full disk."""
-    (tmp_path / "20260131-142530").mkdir()
-    kept = tmp_path / "20260131-142531"
-    kept.mkdir()
-    (kept / "20260131-142531-r1.rows").write_bytes(b"")
-    store = SessionStore(tmp_path)
-    store.wait_until_idle()
-    assert [session.session.id for session in store.list()] == [kept.name]
-    store.close()

@@ -16,6 +16,7 @@ from pathlib import Path
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.response import reset_response
 
 _READY = 300.0
@@ -115,7 +116,7 @@ class Chair:
 
     def restart(self):
         """The same world from its beginning: nobody at the stick, nothing asked for or learned."""
-        reset_response(self.data)
+        reset_response(Database(self.data))
         self.until(lambda state: state["driver"] is None)
         self.told.clear()
         self.say("change_simulation", action="restart", seed=0)

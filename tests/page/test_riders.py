@@ -2,11 +2,13 @@
 
 import json
 import re
-import shutil
 import zipfile
+from pathlib import Path
 
 import pytest
 from playwright.sync_api import expect
+
+from cohelm.live.sessions.database import Database
 
 from .served import held
 from .test_access import AXE, SIZES, STOP, TARGETS, faults, page_of, unreached
@@ -18,7 +20,6 @@ NAMES = "Ana Példa", "Bo 17"
 def session(folder, number, rider, **measures):
     """A stored session with one ride, of day ``number``."""
     id_ = f"202601{number:02}-101010"
-    (folder / id_).mkdir()
     started = f"2026-01-{number:02}T10:10:10+00:00"
     facts = {"id": id_, "started": started, "scene": "hospital", "robot": "chair", "rider": rider}
     limits = {"max_speed": 0.5, "max_acceleration": 0.4, "min_distance": 0.8}
@@ -27,9 +28,16 @@ def session(folder, number, rider, **measures):
         "outcome": "arrived", "duration": 60.0, "length": 50.0, "modes": {"manual": 60.0},
         "limits": [{"time": 0.0, "limits": limits}], "measures": measures,
     }  # fmt: skip
-    (folder / id_ / "session.json").write_text(json.dumps(facts))
-    (folder / id_ / f"{id_}-r1.json").write_text(json.dumps(ride))
+    Database(folder).write(
+        "INSERT INTO ride VALUES (?, ?, ?, 'unmeasured', ?, ?, NULL, NULL)",
+        ride["id"], id_, rider, json.dumps(facts), json.dumps(ride),
+    )  # fmt: skip
     return id_
+
+
+def riders_in(folder):
+    """Ids of the stored riders."""
+    return [id_ for (id_,) in Database(folder).rows("SELECT id FROM rider")]
 
 
 class Therapist:
@@ -70,10 +78,8 @@ def data(chair):
     """The chair's data folder, without riders at the beginning and at the end."""
     folder = chair.log.parent / "data"
     yield folder
-    for file in folder.glob("riders/*.json"):
-        file.unlink()
-    for made in folder.glob("202601*"):
-        shutil.rmtree(made)
+    for table in ("rider", "ride"):
+        Database(folder).write(f"DELETE FROM {table}")
 
 
 @pytest.fixture
@@ -131,7 +137,7 @@ def test_wrong_input_is_named_and_nothing_is_stored(therapist, data):
     form = page.get_by_role("form", name="New rider")
     form.get_by_label("Maximum speed, m/s").fill("9")
     rider.sees("Between 0.1 and 3 m/s.")
-    assert not [*data.glob("riders/*")]
+    assert not riders_in(data)
     rider.press("Cancel")
     expect(rider.button("New rider…")).to_be_focused()
 
@@ -167,12 +173,12 @@ def test_a_rider_is_created_chosen_edited_and_deleted(therapist, chair, data):
     expect(page.get_by_text("rides now, without a destination. Applied")).to_have_count(
         0
     )  # it was true before
-    (file,) = data.glob("riders/*.json")
-    assert json.loads((data / "settings.json").read_text())["person"] == file.stem
+    database = Database(data)
+    (stored,) = riders_in(data)
+    assert json.loads(database.setting("settings"))["person"] == stored
     therapist.delete(NAMES[0])
     rider.sees("Nobody is chosen")
-    assert not [*data.glob("riders/*.json")]
-    assert NAMES[0] not in (data / "audit.jsonl").read_text(encoding="utf-8")
+    assert NAMES[0].encode() not in database.file.read_bytes()
     # the same chair serves other tests
     headers = {"Origin": rider.address}
     assert page.request.put(f"{rider.address}/api/limits", data=limits, headers=headers).ok
@@ -183,9 +189,9 @@ def test_a_rider_is_created_chosen_edited_and_deleted(therapist, chair, data):
 def test_progress_is_shown_with_its_meaning_and_no_direction_from_two(therapist, data, tmp_path):
     page, rider = therapist.page, therapist.rider
     therapist.add(NAMES[1], goals=[2])
-    (file,) = data.glob("riders/*.json")
+    (stored,) = riders_in(data)
     for day in (1, 2):
-        session(data, day, file.stem, rider_reversals=30.0 - day, min_distance=0.5)
+        session(data, day, stored, rider_reversals=30.0 - day, min_distance=0.5)
     page.reload()
     row = therapist.row(NAMES[1])
     row.locator("summary").first.click()
@@ -193,7 +199,7 @@ def test_progress_is_shown_with_its_meaning_and_no_direction_from_two(therapist,
     rider.sees("2 of 2 trips without help in steering")
     assert row.locator("polyline").count() == 0
     for day in range(3, 8):
-        session(data, day, file.stem, rider_reversals=30.0 - day, min_distance=0.5)
+        session(data, day, stored, rider_reversals=30.0 - day, min_distance=0.5)
     page.reload()
     row.locator("summary").first.click()
     rider.sees("Falling over 7 sessions in this mode.")
@@ -215,26 +221,25 @@ def test_progress_is_shown_with_its_meaning_and_no_direction_from_two(therapist,
         assert len([each for each in inside.namelist() if each.endswith(".html")]) == 7
     therapist.delete(NAMES[1])
     rider.sees("Deleted, with 7 sessions.")
-    assert not [*data.glob("202601*")]
+    assert not Database(data).rows("SELECT id FROM ride WHERE state != 'deleted'")
 
 
 def test_a_damaged_rider_is_told_and_a_full_disk_keeps_the_form(therapist, data):
     page, rider = therapist.page, therapist.rider
     therapist.add(NAMES[0])
-    (file,) = data.glob("riders/*.json")
-    file.write_text("{")
+    (stored,) = riders_in(data)
+    database = Database(data)
+    database.write("UPDATE rider SET record = '{' WHERE id = ?", stored)
     page.reload()
-    rider.sees(f"The file of this rider (riders/{file.name}) cannot be read.")
+    rider.sees(f"The record of this rider ({stored}) cannot be read.")
     rider.press("New rider…")
     page.get_by_label("Name or number").fill(NAMES[1])
-    file.rename(data / "kept")
-    file.parent.rmdir()
-    file.parent.write_text("")  # where the folder should be: nothing can be written
+    journal = Path(f"{database.file}-journal")
+    journal.mkdir()  # where SQLite writes first: nothing can be written
     rider.press("Save rider")
     rider.sees(re.compile("^Not saved: .*annot be written"))
     expect(page.get_by_label("Name or number")).to_have_value(NAMES[1])
-    file.parent.unlink()
-    (data / "kept").unlink()
+    journal.rmdir()
     rider.press("Save rider")
     rider.sees(f"{NAMES[1]} is stored.")
 
@@ -247,8 +252,8 @@ def test_riders_are_for_everybody(riders, chair, data, size):
     therapist = Therapist(riders, chair, size)
     rider, page = therapist.rider, therapist.page
     therapist.add(NAMES[0], HTML, goals=[10])
-    (file,) = data.glob("riders/*.json")
-    id_ = session(data, 1, file.stem, rider_reversals=30.0, min_distance=0.5)
+    (stored,) = riders_in(data)
+    id_ = session(data, 1, stored, rider_reversals=30.0, min_distance=0.5)
     page.reload()
     therapist.row(NAMES[0]).locator("summary").first.click()
     therapist.row(NAMES[0]).get_by_text("All values as a table").click()

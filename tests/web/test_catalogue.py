@@ -28,7 +28,10 @@ ELSEWHERE = {
 }
 """Files whose texts no page shows."""
 NO_TEXT = {
-    "unknown (session.json cannot be read)",  # stands for the name of a scene
+    "unknown (the log cannot be read)",  # stands for the name of a scene
+    "of an older version, not read",
+    "is of an older version; remove it, and set the limits again on the page",  # at the start
+    "the settings are damaged",
     " {'wss' if tls else 'ws'}://{host}",
     "{'__Host-' if self.origins.tls else ''}cohelm-{self.port}",
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; sandbox",
@@ -36,7 +39,9 @@ NO_TEXT = {
     "You have arrived: {goal.name}.",  # the page says it by the card of the ride
 }
 PROSE = re.compile(r"[A-Za-z]{2,}[,;]? [a-z]{2,}")
-HEADER = re.compile(r"max-age=|charset=|filename=")
+HEADER = re.compile(
+    r"max-age=|charset=|filename=|\b(SELECT|INSERT|UPDATE|DELETE|PRAGMA|WHERE|VALUES)\b"
+)
 TRANSLATED = ("reason.", "offer.", "notice.", "refused.", "unstored.")
 """Beginnings of the keys that ``serverText`` in the page looks up."""
 

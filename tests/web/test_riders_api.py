@@ -9,6 +9,7 @@ from cohelm.errors import StoreError
 from cohelm.live.control.limits import ChairMoves
 from cohelm.live.rider_choice import DeletedRider, RiderList
 from cohelm.live.sessions.audit import AuditEvent
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.progress import rider_progress
 from cohelm.live.sessions.riders import RiderStore
 
@@ -21,7 +22,7 @@ class Riders:
     """Riders in a folder, with a chair that is not there."""
 
     def __init__(self, folder):
-        self.store, self.current, self.moves = RiderStore(folder), "", False
+        self.store, self.current, self.moves = RiderStore(Database(folder)), "", False
 
     def list(self):
         riders, damaged = self.store.list()

@@ -8,6 +8,7 @@ from cohelm.arrays import Floats
 from cohelm.cli.report import print_line, write_json
 from cohelm.errors import ConfigError
 from cohelm.health import MapChanges, updated_map
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.map_changes import (
     StoredChanges,
     forget_changes,
@@ -35,7 +36,7 @@ def show(data: Path | None, *, json: bool) -> int:
     Raises:
         StoreError: if it cannot be read.
     """
-    found = stored_changes(data or default_folder())
+    found = stored_changes(Database(data or default_folder()))
     if json:
         write_json({key: _record(each) for key, each in found.items()})
         return 0
@@ -64,14 +65,13 @@ def apply(file: Path, out: Path, data: Path | None) -> int:
         if each.exists():
             raise ConfigError(f"{each} exists; name another file", key="--out")
     grid = read_map(file)
-    found = stored_changes(data or default_folder()).get(map_key(grid))
+    found = stored_changes(Database(data or default_folder())).get(map_key(grid))
     notes = [] if found is None else change_notes(found.changes())
     if found is None or not notes:
         print_line(f"no ride has found {file} to differ from its building; nothing is written")
         return 1
     write_map(updated_map(grid, found.changes()), out)
-    for note in notes:
-        print_line(note)
+    print_line("\n".join(notes))
     print_line(f"written: {out}; look at it before you drive with it")
     return 0
 
@@ -82,7 +82,7 @@ def forget(data: Path | None, key: str | None) -> int:
     Raises:
         StoreError: if they cannot be read or written.
     """
-    count = forget_changes(data or default_folder(), key)
+    count = forget_changes(Database(data or default_folder()), key)
     print_line(f"forgotten: {count} map{'s' * (count != 1)}")
     return 0 if count or key is None else 1
 

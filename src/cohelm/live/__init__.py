@@ -8,7 +8,7 @@ parts around the navigator, whose process also makes the messages that pages sho
 route previews, and ``sessions`` stores the rides. ``cohelm.web`` serves the page.
 
     drive      one run of the program, from ``Drive.start`` to ``Drive.close``
-    session    the rides of one drive, stored in one folder
+    session    the rides of one drive and rider
     world      the simulation from one seed; a restart begins another one in the same drive
     ride       from the first motion to arrival, contact or cancellation
     mission    what the driver has requested: destination, wishes, mode and pace
@@ -21,8 +21,9 @@ route previews, and ``sessions`` stores the rides. ``cohelm.web`` serves the pag
     thread world         control/world_factory.py      a world being built          world built
     thread sessions      sessions/store.py             writes of stored rides       Drive.close
     thread measuring     sessions/store.py             the measuring process        Drive.close
-    thread audit         sessions/audit.py             audit.jsonl                  Drive.close
+    thread audit         sessions/audit.py             the audit log                Drive.close
     process navigator    control/navigator_process.py  navigator, ride log, MCAP    pipe closed
+    its thread ride-log  sessions/ride_log.py          file of the ride's log       pipe closed
     process previews     page/preview_process.py       planner of previews          pipe closed
     process compiler     preparation.py                kernels, at a first start    all compiled
     process measuring    sessions/measuring.py         measures, map of a ride      ride measured

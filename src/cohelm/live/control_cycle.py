@@ -200,6 +200,7 @@ class ControlCycle:
             restart=state.restart,
             end=marks.end,
             begin=marks.begin,
+            summary=marks.summary,
             planning_context=self._route_preview.needs_context,
             load_routes=self.load_routes
             and not (self._navigator.routes or self.moves)

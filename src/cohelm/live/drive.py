@@ -141,7 +141,7 @@ class Drive:
         """Audit log of who drove and who changed what."""
         self.sessions = SessionStore(folder)
         """Stored sessions and rides."""
-        profile = with_response(setup.scenario.profile, stored_response(folder))
+        profile = with_response(setup.scenario.profile, stored_response(self.sessions.database))
         self._settings = ActiveSettings(
             setup.folder, model.robot, profile, limits=setup.limits, rider=setup.rider
         )
@@ -198,7 +198,7 @@ class Drive:
             seed=setup.seed,
             folder=folder,
             record=setup.record,
-            changes=remembered_changes(folder, grid),
+            changes=remembered_changes(self.sessions.database, grid),
         )
         return Services(
             navigator=NavigatorClient(process_setup),

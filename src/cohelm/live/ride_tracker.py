@@ -3,39 +3,42 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
-from math import isfinite
 from typing import NamedTuple, TypeVar
 
 from cohelm.errors import StoreError
-from cohelm.live.control.ipc import RideBegin
 from cohelm.live.control.limits import ActiveSettings
 from cohelm.live.control.mission import Mission
 from cohelm.live.messages import Destination, Device, RideEnded, RideOutcome, Send
-from cohelm.live.sessions.records import LimitsAt, RideLog, RideSummary
-from cohelm.live.sessions.session_files import session_of
+from cohelm.live.sessions.records import (
+    LimitsAt,
+    RideBegin,
+    RideLog,
+    RideSummary,
+    now_utc,
+    session_of,
+)
 from cohelm.live.sessions.store import SessionStore
 from cohelm.messages import Decision, Mode
 from cohelm.planning.alternatives.learned_preference import RouteChoice
 from cohelm.scenarios import RideSetup
 
-_log = logging.getLogger(__name__)
 _K = TypeVar("_K")
-CHECKPOINT_PERIOD = 1.0
-"""Time between two stored summaries of a ride that goes on, s."""
+SUMMARY_PERIOD = 1.0
+"""Time between two summaries in the log of a ride that goes on, s."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RideMarks:
     """End and beginning of rides, in this order, for one request to the navigator's process."""
 
-    end: RideOutcome | None = None
-    """The ride that has begun before has ended."""
+    end: str = ""
+    """Final summary of the ride that has begun before, JSON; empty: it goes on."""
     begin: RideBegin | None = None
+    summary: str = ""
+    """Summary so far of the ride that goes on, JSON; empty: not now."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,13 +98,8 @@ class LiveRide:
             length=round(self.length, 2),
         )
 
-    def summary(self, outcome: RideOutcome, log: RideLog | None) -> RideSummary:
-        """Return the record to store.
-
-        Args:
-            outcome: Outcome of the ride.
-            log: Log by the navigator's process; None: that process was lost.
-        """
+    def summary(self, outcome: RideOutcome) -> RideSummary:
+        """Return the record to store."""
         return RideSummary(
             id=self.id,
             session=session_of(self.id),
@@ -116,8 +114,6 @@ class LiveRide:
             wishes=self.wishes,
             choice=self.choice,
             limits=self.limits,
-            stops=log.stops if log is not None else (),
-            nearest=round(log.nearest, 3) if log is not None and isfinite(log.nearest) else None,
         )
 
 
@@ -158,11 +154,8 @@ class RideTracker:
         """Ratings of these rides, by id."""
         self._marks: deque[RideMarks] = deque()
         """Marks that no request has taken yet, the oldest first."""
-        self._store_fails = False
-        """True from a failure of the store until the chair stands."""
-        self._error = ""
-        self._saved_at = 0.0
-        """Duration of the ride at its last checkpoint, s."""
+        self._summarised_at = 0.0
+        """Duration of the ride at the last summary in its log, s."""
 
     @property
     def ride(self) -> str:
@@ -177,24 +170,25 @@ class RideTracker:
     @property
     def error(self) -> str:
         """Reason why rides are not stored; empty if they are."""
-        return self._error or self._store.error
+        return self._store.error
 
     def retry(self) -> None:
         """Store again what could not be stored, without waiting for it."""
         if self._store.error or self._settings.error:
             self._store.retry(self._settings.retry)
-        if not self._store_fails:  # the chair stands, or its ride is stored
-            self._open_session()
 
     def enter(self, ride_setup: RideSetup) -> None:
         """End the current ride; further rides take place in this world."""
         self.end("cancelled")
         self._ride_setup = ride_setup
-        self._open_session()
 
     def take_marks(self) -> RideMarks:
         """Return the marks for the next request to the navigator, each only once."""
-        return self._marks.popleft() if self._marks else RideMarks()
+        marks, ride = self._marks.popleft() if self._marks else RideMarks(), self._ride
+        if self._marks or ride is None or ride.time - self._summarised_at < SUMMARY_PERIOD:
+            return marks
+        self._summarised_at = ride.time
+        return replace(marks, summary=ride.summary("cancelled").model_dump_json())
 
     def step(
         self,
@@ -216,15 +210,11 @@ class RideTracker:
         """
         if self._ride is not None and self._ride.goal not in {None, mission.goal}:
             self.end("cancelled")  # it has another destination now
-        self._store_fails &= bool(command.twist.any())
-        if self._ride is None and command.twist.any() and not self._store_fails:
+        if self._ride is None and command.twist.any():
             self._begin()
         if self._ride is not None:
             limits = LimitsAt(time=self._ride.time, limits=self._settings.limits)
             self._ride = self._ride.after(elapsed, length, mission, device, limits)
-            if self._ride.time - self._saved_at >= CHECKPOINT_PERIOD:
-                self._saved_at = self._ride.time
-                self._store.checkpoint(self._ride.summary("cancelled", None))
 
     def end(self, outcome: RideOutcome) -> None:
         """End the current ride, if there is one."""
@@ -233,7 +223,7 @@ class RideTracker:
             return
         self._send(ride.ended(outcome), None)
         self._ended[ride.id] = _EndedRide(ride, outcome, self._ride_setup)
-        self._marks.append(RideMarks(end=outcome))
+        self._marks.append(RideMarks(end=ride.summary(outcome).model_dump_json()))
 
     def add_log(self, log: RideLog | None) -> None:
         """Store an ended ride with the log that the navigator's process delivered."""
@@ -262,58 +252,28 @@ class RideTracker:
 
     def _keep(self, ended: _EndedRide, log: RideLog | None) -> None:
         ride, outcome, ride_setup = ended
-        self._store.keep(ride.summary(outcome, log), log, ride_setup)
+        self._store.keep(ride.summary(outcome), log, ride_setup)
         rating = self._ratings.pop(ride.id, None)
         if rating is not None:
             with contextlib.suppress(StoreError):  # its session was deleted meanwhile
                 self._store.rate(ride.id, rating)
 
-    def _open_session(self) -> None:
-        """Begin the session before its first ride, so that a full disk is said before it."""
-        if self._ride_setup is None or self._session_rider == self._settings.person:
-            return
-        try:
-            self._begin_session(self._ride_setup)
-        except StoreError as error:
-            if not self._error:  # once, not at every attempt
-                _log.error("rides are not stored: %s", error)
-            self._error = error.problem
-        else:
-            self._error = ""
-
-    def _begin_session(self, ride_setup: RideSetup) -> None:
-        """Begin the session of this drive and rider, unless it has begun.
-
-        Raises:
-            StoreError: The session cannot be written.
-        """
-        rider = self._settings.person
-        if self._session_rider != rider:
-            self._store.begin(ride_setup, rider)
-            self._session_rider = rider
-
     def _begin(self) -> None:
         if self._ride_setup is None:
             return
-        try:
-            self._begin_session(self._ride_setup)
-            ride, rows = self._store.begin_ride()
-        except StoreError as error:
-            _log.error("a ride is not stored: %s", error)
-            self._store_fails, self._error = True, error.problem
-            return
-        self._error, self._saved_at = "", 0.0
-        self._ride = LiveRide(
-            id=ride,
-            started=datetime.now(UTC).isoformat(timespec="seconds"),
-            seed=self._ride_setup.seed,
-        )
-        self._store.checkpoint(self._ride.summary("cancelled", None), self._ride_setup)
+        if self._session_rider != self._settings.person:
+            self._session_rider = self._settings.person
+            self._store.begin(self._ride_setup, self._session_rider)
+        ride, session, file = self._store.begin_ride()
+        self._ride = LiveRide(id=ride, started=now_utc(), seed=self._ride_setup.seed)
+        self._summarised_at = 0.0
+        summary = self._ride.summary("cancelled").model_dump_json()
         # One request can carry an end and the beginning after it, but not the other order.
-        end = None
+        end = ""
         if self._marks and self._marks[-1].begin is None:
             end = self._marks.pop().end
-        self._marks.append(RideMarks(end=end, begin=RideBegin(ride, rows)))
+        begin = RideBegin(ride, file, session.model_dump_json(), summary)
+        self._marks.append(RideMarks(end=end, begin=begin))
 
 
 def _name(goal: Destination | None) -> str:

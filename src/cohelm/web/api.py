@@ -219,15 +219,15 @@ def delete_sessions(who: Therapist, here: Here) -> DeletedSessions:
 @router.get("/response")
 def learned_response(_: Therapist, here: Here) -> RiderResponse:
     """Return what the chair has learned of its rider from the stored rides."""
-    return stored_response(here.drive.sessions.folder)
+    return stored_response(here.drive.sessions.database)
 
 
 @router.delete("/response")
 def forget_response(who: Therapist, here: Here) -> RiderResponse:
     """Forget it: rides until now no longer count; takes effect when the drive starts anew."""
-    reset_response(here.drive.sessions.folder)
+    reset_response(here.drive.sessions.database)
     here.log_event(who.name, "response_reset")
-    return stored_response(here.drive.sessions.folder)
+    return stored_response(here.drive.sessions.database)
 
 
 @router.get("/sessions/{session}.html", response_class=Response)

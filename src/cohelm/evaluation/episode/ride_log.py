@@ -42,26 +42,25 @@ class StopLog:
 
     def add(self, truth: GroundTruth, tick: Tick) -> None:
         """Add one tick."""
-        self._add_stop(truth, tick)
+        self.add_reason(truth.time, tick.decision.reason, tick.planning_error)
         self._add_standing(truth, tick)
 
     def standing(self, now: float) -> float:
         """Time since which the chair stands away from its goal, s; 0: it moves."""
         return 0.0 if self._stood_since is None else now - self._stood_since
 
-    def _add_stop(self, truth: GroundTruth, tick: Tick) -> None:
-        """Join stops less than a second apart, with the reason of the first one."""
-        reason = tick.decision.reason
+    def add_reason(self, time: float, reason: Reason | None, detail: str = "") -> None:
+        """Add the reason of a tick at ``time``, s.
+
+        Stops less than a second apart are joined, with the reason of the first one.
+        """
         if reason is None or reason in _NOT_A_STOP:
             return
         last = self.all[-1] if self.all else None
-        if last is None or truth.time - (last.time + last.duration) > ONE_STOP:
-            begun = StopEvent(
-                time=truth.time, duration=0.0, reason=reason, detail=tick.planning_error
-            )
-            self.all.append(begun)
+        if last is None or time - (last.time + last.duration) > ONE_STOP:
+            self.all.append(StopEvent(time=time, duration=0.0, reason=reason, detail=detail))
         else:
-            self.all[-1] = dataclasses.replace(last, duration=truth.time - last.time)
+            self.all[-1] = dataclasses.replace(last, duration=time - last.time)
 
     def _add_standing(self, truth: GroundTruth, tick: Tick) -> None:
         """Update the start of the standstill; standing at the goal does not count."""

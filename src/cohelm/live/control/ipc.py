@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 from cohelm.health import NO_CHANGES, MapChanges
-from cohelm.live.messages import EdgeCells, MapDifferences, NavigatorState, RideOutcome, RouteUpdate
-from cohelm.live.sessions.records import RideLog
+from cohelm.live.messages import EdgeCells, MapDifferences, NavigatorState, RouteUpdate
+from cohelm.live.sessions.records import RideBegin, RideLog
 from cohelm.messages import Decision, Observation, Request
 from cohelm.scenarios import Scenario
 from cohelm.simulation import GroundTruth
@@ -30,15 +29,6 @@ class ProcessSetup:
     """False: the code that only routes need is still being compiled."""
 
 
-class RideBegin(NamedTuple):
-    """Beginning of a ride."""
-
-    ride: str
-    """Id of the ride."""
-    rows: Path
-    """File for its rows."""
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepRequest:
     """Request for one step of the navigator."""
@@ -55,10 +45,12 @@ class StepRequest:
     """``Heartbeat.seq`` of the stick position in the observation; −1: none."""
     restart: bool = False
     """Forget all memory: the world has restarted."""
-    end: RideOutcome | None = None
-    """The ride has ended before this step."""
+    end: str = ""
+    """Final summary of the ride that has ended before this step, JSON; empty: none has."""
     begin: RideBegin | None = None
     """A ride begins with this step."""
+    summary: str = ""
+    """Summary so far of the ride that goes on, JSON, once a second; empty: not now."""
     planning_context: bool = False
     """Return the planning context, for a route preview."""
     paused: bool = False
@@ -86,9 +78,9 @@ class StepAnswer:
     edges: EdgeCells | None = None
     """Edges of the floor; None: the same as before."""
     log: RideLog | None = None
-    """Log of the ride that ended with an earlier request."""
+    """The log of this ride, which ended with an earlier request, is complete."""
     unstored: str = ""
-    """Reason why rows or recording are not stored; empty if they are."""
+    """Reason why the log of the ride or the recording is not stored; empty if they are."""
     planning_context: bytes | None = None
     """Pickled ``PlanningContext``, empty before the first tick; None: not requested. The control
     loop passes it on without opening it."""

@@ -21,10 +21,11 @@ from cohelm.config import Model
 from cohelm.errors import CohelmError, StoreError
 from cohelm.live.messages import Limits, Pace, RiderSettings
 from cohelm.live.messages.scene import ACCELERATION_LIMITS, MAX_DEAD_ZONE, MIN_SPEED_LIMIT
-from cohelm.live.sessions.files import make_private_folder, write_atomically
+from cohelm.live.sessions.database import Database
 from cohelm.messages import RiderProfile
 from cohelm.robots import Robot
 
+_NAME = "settings"
 OVER_EDGES = 20.0
 """Time for which a therapist can allow edges of the floor, s (as LUCI's override)."""
 PACES = {"slow": 0.4, "normal": 0.7, "brisk": 1.0}
@@ -44,9 +45,8 @@ class ChairMoves(CohelmError):
 
 
 class StoredSettings(Model):
-    """Content of ``settings.json``."""
+    """Stored settings."""
 
-    version: int = 1
     limits: Limits
     rider: RiderSettings
     person: str = ""
@@ -57,13 +57,13 @@ class ActiveSettings:
     """Settings in force. Reading never waits, and tightening a limit does not wait for the disk.
 
     Args:
-        folder: Folder of ``settings.json``; None: nothing is stored.
+        folder: Data folder; None: nothing is stored.
         robot: Bounds the limits.
         profile: Source of the defaults if nothing is stored yet.
         limits, rider: Initial values; None: the stored ones, else the defaults.
 
     Raises:
-        StoreError: The file exists and cannot be read.
+        StoreError: There are stored settings, and they cannot be read.
     """
 
     def __init__(
@@ -76,12 +76,12 @@ class ActiveSettings:
         rider: RiderSettings | None = None,
     ) -> None:
         self._robot = robot
-        self._file = make_private_folder(folder) / "settings.json" if folder is not None else None
+        self._database = Database(folder) if folder is not None else None
         self._lock, self._disk = threading.Lock(), threading.Lock()
         self._error = ""
         self.defaults = defaults(robot, profile or RiderProfile())
         """Settings of a chair without a chosen rider."""
-        stored = _read(self._file) if self._file is not None else None
+        stored = _read(self._database) if self._database is not None else None
         first = stored or self.defaults
         self._current = StoredSettings(
             limits=bounded(limits or first.limits, robot),
@@ -91,7 +91,7 @@ class ActiveSettings:
         self.over_edges_until = -math.inf
         """Time until which edges of the floor may be crossed, s of the control loop's clock."""
         self._stored: StoredSettings | None = stored
-        """Content of the file; None: there is none yet, and none is needed for the defaults."""
+        """None: there are none yet, and none are needed for the defaults."""
 
     @property
     def limits(self) -> Limits:
@@ -202,11 +202,11 @@ class ActiveSettings:
                 self._current = self._current.model_copy(update={"limits": requested})
 
     def _store(self, limits: Limits, rider: RiderSettings | None = None) -> None:
-        """Write the file, unless it has this content already."""
+        """Write the settings, unless they are stored already."""
         with self._disk:
             settings = StoredSettings(limits=limits, rider=rider or self.rider, person=self.person)
-            if self._file is not None and settings != self._stored:
-                write_atomically(self._file, settings.model_dump_json(indent=1).encode() + b"\n")
+            if self._database is not None and settings != self._stored:
+                self._database.set(_NAME, settings.model_dump_json())
             self._stored, self._error = settings, ""
 
 
@@ -279,14 +279,14 @@ def limited_profile(
     )
 
 
-def _read(file: Path) -> StoredSettings | None:
-    """Read the stored settings; None without a file."""
+def _read(database: Database) -> StoredSettings | None:
+    """Read the stored settings; None if there are none."""
+    older = database.folder / "settings.json"
+    if older.exists():
+        problem = "is of an older version; remove it, and set the limits again on the page"
+        raise StoreError(problem, file=older)
+    text = database.setting(_NAME)
     try:
-        return StoredSettings.model_validate_json(file.read_bytes())
-    except FileNotFoundError:
-        return None
-    except (OSError, ValidationError):
-        raise StoreError(
-            "cannot be read; repair it, or remove it to start with the chair's own limits",
-            file=file,
-        ) from None
+        return None if text is None else StoredSettings.model_validate_json(text)
+    except ValidationError:
+        raise database.unreadable("the settings are damaged") from None

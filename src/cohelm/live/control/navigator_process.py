@@ -30,8 +30,7 @@ from cohelm.live.control.view_model import (
 )
 from cohelm.live.messages import EdgeCells, MapDifferences, RouteUpdate
 from cohelm.live.sessions.mcap_recording import DriveRecording
-from cohelm.live.sessions.records import RideLog
-from cohelm.live.sessions.ride_log import RideLogWriter
+from cohelm.live.sessions.ride_log import RideLogWriter, facts_of_log
 from cohelm.messages import Mode, Observation, Request, RiderCommand
 from cohelm.navigation import Navigator, Tick
 from cohelm.perception import FloorEdges
@@ -62,12 +61,15 @@ def serve_navigator(pipe: Connection, setup: ProcessSetup) -> None:
     ride_setup = build_again(setup)
     if ride_setup is None:
         return
-    with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
-        _serve(OwnerPipe(pipe), setup, ride_setup)
-
-
-def _serve(pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup) -> None:
     server = NavigatorServer(ride_setup, setup.changes)
+    with contextlib.suppress(OwnerGone):  # the owner has closed the pipe: the drive is over
+        _serve(OwnerPipe(pipe), setup, ride_setup, server)
+    server.close()
+
+
+def _serve(
+    pipe: OwnerPipe, setup: ProcessSetup, ride_setup: RideSetup, server: NavigatorServer
+) -> None:
     for progress in warm_up(ride_setup):
         if progress == ROUTES and not setup.routes:
             break
@@ -110,9 +112,8 @@ class NavigatorServer:
         self._edges: FloorEdges | None = None
         """Edges of the last answer that had some, and its time, s."""
         self._edges_time = -math.inf
-        self._ride_log = RideLogWriter()
+        self._ride_log = RideLogWriter(lambda: facts_of_log(ride_setup))
         self._measured = MeasuredTruth(ride_setup.robot.outline, ride_setup.grid)
-        self._finished_log: RideLog | None = None
         self._unstored = ""
 
     def answer(self, step: StepRequest) -> StepAnswer:
@@ -131,7 +132,6 @@ class NavigatorServer:
         if tick.observation.scans or self._sweeps is None or step.restart:
             self._sweeps = tick.observation
             self._free = free_distances(self._sweeps, self._outline)
-        log, self._finished_log = self._finished_log, None
         return StepAnswer(
             step_id=step.step_id,
             mission_version=step.mission_version,
@@ -142,7 +142,7 @@ class NavigatorServer:
             route=_new_route(tick, last),
             differences=self._new_differences(tick, last),
             edges=self._new_edges(tick),
-            log=log,
+            log=self._ride_log.finished(),
             unstored=self._unstored,
             planning_context=(
                 planning_context_of(tick, step.request) if step.planning_context else None
@@ -155,10 +155,11 @@ class NavigatorServer:
             return
         if step.restart:
             recording.restart()
-        if step.end is not None:
-            self._finished_log = self._ride_log.end(step.end)
+        if step.end:
+            self._ride_log.end(step.end)
         if step.begin is not None:
-            self._ride_log.begin(step.begin.ride, step.begin.rows)
+            self._ride_log.begin(step.begin)
+        self._ride_log.summarise(step.summary)
         if self._last is None:
             return
         truth = step.truth
@@ -166,8 +167,12 @@ class NavigatorServer:
             truth = self._measured.at(step.observation, self._last.people)
         self._ride_log.add(self._last, truth)
         recording.add(self._last, step.truth)
-        rows, ticks = self._ride_log.error, recording.error
-        self._unstored = f"Rows of this ride {rows}." if rows else ticks
+        ride, ticks = self._ride_log.error, recording.error
+        self._unstored = f"The log of this ride {ride}." if ride else ticks
+
+    def close(self) -> None:
+        """Write what waits of the ride's log."""
+        self._ride_log.close()
 
     def _paused_answer(self, step: StepRequest) -> StepAnswer:
         context = planning_context_of(self._last, step.request) if self._last is not None else b""

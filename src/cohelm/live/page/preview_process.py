@@ -22,6 +22,7 @@ from cohelm.live.control.owner_pipe import OwnerGone, OwnerPipe, build_again
 from cohelm.live.control.planning_context import PlanningContext, warm_up_wishes
 from cohelm.live.control.view_model import shown_line
 from cohelm.live.messages import RouteDifference, RouteFigures, TripPlans, TripRoute
+from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.route_choices import learned_preference
 from cohelm.messages import Crowding, LiveObstacles, Path, Wish
 from cohelm.navigation import planning_reason
@@ -90,7 +91,7 @@ def _serve(pipe: OwnerPipe, ride_setup: RideSetup, folder: File | None) -> None:
 
 def _weights_of(rider: str, folder: File | None) -> FeatureVector | None:
     with contextlib.suppress(StoreError):  # a preference is no reason to lose the routes
-        return learned_preference(folder, rider) if folder is not None else None
+        return learned_preference(Database(folder), rider) if folder is not None else None
     return None
 
 

@@ -1,14 +1,13 @@
-"""Audit log of who did what and when: one JSON object a line, append-only.
+"""Audit log of who did what and when, append-only.
 
-It outlives the sessions: deleting them is itself an entry. Its size is bounded: a full file is
-renamed with a number, and the oldest of :data:`MAX_FILES` is removed; an entry counts the loss.
+It outlives the sessions: deleting them is itself an entry. It keeps the newest
+:data:`MAX_ENTRIES`; an entry counts the loss.
 """
 
 from __future__ import annotations
 
-import json
+import contextlib
 import logging
-import os
 import queue
 import threading
 import time
@@ -19,7 +18,7 @@ from typing import Any, Literal, Protocol
 
 from cohelm.config import Model
 from cohelm.errors import StoreError
-from cohelm.live.sessions.files import make_private_folder, unwritable
+from cohelm.live.sessions.database import Database
 
 AuditEvent = Literal[
     "drive_started", "drive_closed", "signed_in", "sign_in_rejected", "signed_out", "connected",
@@ -31,10 +30,8 @@ AuditEvent = Literal[
     "entries_dropped",
 ]  # fmt: skip
 """Stable names of events."""
-MAX_FILE_SIZE = 1_000_000
-"""Maximum size of one file, bytes."""
-MAX_FILES = 10
-"""Number of files, the current one included: 10 MB."""
+MAX_ENTRIES = 100_000
+"""Number of entries that are kept: some 10 MB."""
 MAX_QUEUED_ENTRIES = 10_000
 """Maximum number of entries that wait for the disk; further ones are counted as lost."""
 RETRY_PERIOD = 5.0
@@ -75,7 +72,7 @@ class AuditEntry(Model):
 
 
 class AuditLog:
-    """Audit log in a folder; :meth:`log_event` never waits for the disk, in any thread.
+    """Audit log in a data folder; :meth:`log_event` never waits for the disk, in any thread.
 
     Args:
         folder: Created if it is missing.
@@ -85,7 +82,7 @@ class AuditLog:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.file = make_private_folder(folder) / "audit.jsonl"
+        self._database = Database(folder)
         self._lock = threading.Lock()
         self._error = ""
         self._dropped_count = 0
@@ -124,13 +121,13 @@ class AuditLog:
             return tokens >= 1.0
 
     def entries(self, most: int = 1000) -> tuple[AuditEntry, ...]:
-        """Return the newest entries, newest first; damaged lines are skipped."""
+        """Return the newest entries, newest first; damaged ones are skipped."""
         self.wait_until_idle()
-        out: list[AuditEntry] = []
-        for file in (self.file, *(self._file(k) for k in range(1, MAX_FILES))):
-            if len(out) >= most or not file.is_file():
-                break
-            out += _read(file, most - len(out))
+        out = []
+        query = "SELECT entry FROM audit ORDER BY number DESC LIMIT ?"
+        for (text,) in self._database.rows(query, most):
+            with contextlib.suppress(ValueError):
+                out.append(AuditEntry.model_validate_json(text))
         return tuple(out)
 
     def wait_until_idle(self) -> None:
@@ -182,64 +179,30 @@ class AuditLog:
 
     def _append(self, entries: list[AuditEntry]) -> None:
         with self._lock:
-            if self._dropped_count:
-                entries = [_dropped(self._dropped_count), *entries]
-            lines = _lines(entries)
-            try:
-                if self.file.is_file() and self.file.stat().st_size + len(lines) > MAX_FILE_SIZE:
-                    removed = self._rotate()
-                    lines = (_lines([_dropped(removed)]) if removed else b"") + lines
-                self._write_lines(lines)
-            except OSError as cause:
-                raise unwritable(self.file, cause) from None
-            self._dropped_count = 0 if entries else self._dropped_count
-
-    def _write_lines(self, lines: bytes) -> None:
-        """Append lines; after an incomplete line, of a crash or a full disk, begin a new one."""
-        handle = os.open(self.file, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o600)
-        try:
-            size = os.fstat(handle).st_size
-            if lines and size and os.pread(handle, 1, size - 1) != b"\n":
-                lines = b"\n" + lines
-            while lines:
-                lines = lines[os.write(handle, lines) :]
-            os.fsync(handle)
-        finally:
-            os.close(handle)
-
-    def _rotate(self) -> int:
-        """Rotate the files and return the number of entries that were removed."""
-        oldest = self._file(MAX_FILES - 1)
-        removed = len(oldest.read_bytes().splitlines()) if oldest.is_file() else 0
-        for k in range(MAX_FILES - 1, 0, -1):
-            if self._file(k - 1).is_file():
-                self._file(k - 1).replace(self._file(k))
-        return removed
-
-    def _file(self, number: int) -> Path:
-        return self.file if number == 0 else self.file.with_name(f"audit.{number}.jsonl")
-
-
-def _dropped(count: int) -> AuditEntry:
-    return AuditEntry(time=_now(), actor="chair", event="entries_dropped", details={"count": count})
-
-
-def _lines(entries: list[AuditEntry]) -> bytes:
-    """One line for each entry; values that JSON cannot hold become text."""
-    return "".join(f"{each.model_dump_json(fallback=str)}\n" for each in entries).encode()
-
-
-def _read(file: Path, most: int) -> list[AuditEntry]:
-    """Return the last ``most`` entries of a file, the last first."""
-    out: list[AuditEntry] = []
-    for line in reversed(file.read_text(encoding="utf-8", errors="replace").splitlines()):
-        if len(out) == most:
-            break
-        try:
-            out.append(AuditEntry.model_validate(json.loads(line)))
-        except (ValueError, RecursionError):
-            continue
-    return out
+            dropped = self._dropped_count
+        with self._database.transaction() as database:
+            (size,) = database.execute("SELECT COUNT(*) FROM audit").fetchone()
+            excess = size + len(entries) + bool(dropped) - MAX_ENTRIES
+            if excess > 0:  # a tenth at once, so that few entries count the loss
+                excess = min(excess + MAX_ENTRIES // 10, size)
+                database.execute(
+                    "DELETE FROM audit WHERE number IN "
+                    "(SELECT number FROM audit ORDER BY number LIMIT ?)",
+                    (excess,),
+                )
+            lost = dropped + max(excess, 0)
+            if lost:
+                counted = AuditEntry(
+                    time=_now(), actor="chair", event="entries_dropped", details={"count": lost}
+                )
+                entries = [counted, *entries]
+            # Values that JSON cannot hold become text.
+            database.executemany(
+                "INSERT INTO audit (entry) VALUES (?)",
+                [(each.model_dump_json(fallback=str),) for each in entries],
+            )
+        with self._lock:
+            self._dropped_count -= dropped
 
 
 def _now() -> str:

@@ -6,21 +6,16 @@ deleted with it. Nothing else is stored but the time of the last reset.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
-from datetime import datetime
-from pathlib import Path
 from typing import NamedTuple
 
 from cohelm.config import Model
-from cohelm.errors import StoreError
-from cohelm.live.sessions.files import make_private_folder, write_atomically
-from cohelm.live.sessions.records import RideSummary
-from cohelm.live.sessions.session_files import SESSION, now_utc, rides_in
+from cohelm.live.sessions.database import Database
+from cohelm.live.sessions.records import RideSummary, now_utc, stored_sessions
 from cohelm.messages import RiderProfile
 
-RESET = "response.json"
-"""File with the time of the last reset."""
+RESET = "response_reset"
+"""Setting with the time of the last reset, ISO 8601, UTC."""
 PRIOR_RIDES = 5
 """Weight of the value that is assumed before the first ride, rides: learning is slow."""
 LATEST = 50
@@ -76,25 +71,23 @@ def rider_response(rides: Iterable[RideSummary], since: str = "") -> RiderRespon
     return RiderResponse(**found, rides=counts, since=since)
 
 
-def stored_response(folder: Path) -> RiderResponse:
-    """Return the response of the rides in a folder; that without a ride if there is none."""
-    rides = [
-        ride
-        for session in sorted(folder.glob("*"))
-        if SESSION.fullmatch(session.name)
-        for ride in rides_in(session)
-    ]
-    return rider_response(rides, reset_at(folder))
+def stored_response(database: Database) -> RiderResponse:
+    """Return the response of all stored rides; that without a ride if there is none.
+
+    Raises:
+        StoreError: The database cannot be read.
+    """
+    rides = [ride for session in stored_sessions(database) for ride in session.rides]
+    return rider_response(rides, reset_at(database))
 
 
-def reset_response(folder: Path) -> None:
+def reset_response(database: Database) -> None:
     """Forget the response: rides until now no longer count.
 
     Raises:
-        StoreError: The folder cannot be written.
+        StoreError: The database cannot be written.
     """
-    content = json.dumps({"since": now_utc()}).encode()
-    write_atomically(make_private_folder(folder) / RESET, content)
+    database.set(RESET, now_utc())
 
 
 def with_response(profile: RiderProfile, response: RiderResponse) -> RiderProfile:
@@ -105,17 +98,10 @@ def with_response(profile: RiderProfile, response: RiderResponse) -> RiderProfil
     return profile.model_copy(update={"tight_speed": tight})
 
 
-def reset_at(folder: Path) -> str:
+def reset_at(database: Database) -> str:
     """Return the time of the last reset, ISO 8601; empty: there was none.
 
     Raises:
-        StoreError: The file cannot be read.
+        StoreError: The database cannot be read.
     """
-    try:
-        since = json.loads((folder / RESET).read_text(encoding="utf-8"))["since"]
-        datetime.fromisoformat(since)
-    except FileNotFoundError:
-        return ""
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        raise StoreError("cannot be read; reset it", file=folder / RESET) from None
-    return str(since)
+    return database.setting(RESET) or ""

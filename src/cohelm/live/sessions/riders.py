@@ -1,19 +1,14 @@
-"""Riders in the data folder: name or number, notes, preset and goals, one file for each.
+"""Riders in the database: name or number, notes, preset and goals.
 
-    DIR/riders/                 0700
-      rider-0f3a91c2.json       0600
-
-A rider's id is random: names stand in these files and in exports, and in no path, log, session or
-recording. A damaged file is listed as such, never replaced, and can be deleted like any rider.
+A rider's id is random: names stand in their records and in exports, and in no path, log, session or
+recording. A damaged record is listed as such, never replaced, and can be deleted like any rider.
 """
 
 from __future__ import annotations
 
-import re
 import secrets
 import threading
 import unicodedata
-from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
@@ -21,12 +16,10 @@ from pydantic import AfterValidator, Field, model_validator
 from cohelm.config import Model
 from cohelm.errors import CohelmError, StoreError
 from cohelm.live.messages import Limits, Pace, RiderSettings
-from cohelm.live.sessions.files import make_private_folder, write_atomically
-from cohelm.live.sessions.session_files import RIDERS, as_json, now_utc, read, remove_file
+from cohelm.live.sessions.database import Database
+from cohelm.live.sessions.records import now_utc
 from cohelm.messages import Mode
 
-RIDER = re.compile(r"rider-[0-9a-f]{8}")
-"""Pattern of a rider's id; nothing else becomes part of a path."""
 MAX_RIDERS = 500
 """Number of riders that are accepted."""
 
@@ -107,47 +100,41 @@ class RiderRecord(RiderDraft):
 
 
 class DamagedRider(Model):
-    """Rider whose file cannot be read."""
+    """Rider whose record cannot be read."""
 
     id: str
     problem: str
-    """Sentence with the name of the file."""
+    """Sentence with the id."""
 
 
 class RiderStore:
-    """Riders in a data folder; every method may be called from any thread, and waits for the disk.
+    """Riders in a database; every method may be called from any thread, and waits for the disk."""
 
-    Args:
-        folder: Data folder; the folder of the riders is created with the first of them.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder / RIDERS
+    def __init__(self, database: Database) -> None:
+        self._database = database
         self._lock = threading.Lock()
 
     def list(self) -> tuple[tuple[RiderRecord, ...], tuple[DamagedRider, ...]]:
         """Return all riders by name, and those that are damaged."""
         found, damaged = [], []
-        for file in sorted(self._folder.glob("*.json")):
-            if not RIDER.fullmatch(file.stem):
-                continue
+        for (rider,) in self._database.rows("SELECT id FROM rider ORDER BY id"):
             try:
-                found.append(self.get(file.stem))
+                found.append(self.get(rider))
             except StoreError:
-                problem = f"The file of this rider (riders/{file.name}) cannot be read."
-                damaged.append(DamagedRider(id=file.stem, problem=problem))
+                problem = f"The record of this rider ({rider}) cannot be read."
+                damaged.append(DamagedRider(id=rider, problem=problem))
         return tuple(sorted(found, key=lambda each: _key(each.name))), tuple(damaged)
 
     def get(self, rider: str) -> RiderRecord:
         """Return a rider.
 
         Raises:
-            StoreError: There is no such rider, or the file is damaged, which it names.
+            StoreError: There is no such rider, or the record is damaged; then it names the file.
         """
-        record = read(RiderRecord, self._known(rider))
-        if record.id != rider:  # a file that was copied by hand
-            raise StoreError("has the id of another rider", file=self._file(rider))
-        return record
+        try:
+            return RiderRecord.model_validate_json(self.check(rider))
+        except ValueError:
+            raise StoreError("cannot be read", file=f"{self._database.file} ({rider})") from None
 
     def name(self, rider: str) -> str:
         """Return the name of a rider; their id if there is none, and empty for no rider."""
@@ -156,37 +143,37 @@ class RiderStore:
         except StoreError:
             return rider
 
-    def check(self, rider: str) -> None:
-        """Check that there is a rider, damaged or not.
+    def check(self, rider: str) -> str:
+        """Return the stored record of a rider, damaged or not.
 
         Raises:
             StoreError: There is none.
         """
-        self._known(rider)
+        found = self._database.rows("SELECT record FROM rider WHERE id = ?", rider)
+        if not found:
+            raise StoreError("there is no such rider")
+        return str(found[0][0])
 
     def create(self, draft: RiderDraft) -> RiderRecord:
         """Store a new rider.
 
         Raises:
             RiderExists: Another rider has this name.
-            StoreError: There are too many, or the folder cannot be written.
+            StoreError: There are too many, or the database cannot be written.
         """
         with self._lock:
             self._check_name(draft.name, "")
-            make_private_folder(self._folder)
-            if sum(1 for _ in self._folder.glob("*.json")) >= MAX_RIDERS:
-                raise StoreError(f"holds {MAX_RIDERS} riders; delete some", file=self._folder)
-            id_ = f"rider-{secrets.token_hex(4)}"
-            while self._file(id_).exists():
-                id_ = f"rider-{secrets.token_hex(4)}"
-            return self._write(draft, id_, now_utc())
+            if len(self._database.rows("SELECT id FROM rider")) >= MAX_RIDERS:
+                problem = f"holds {MAX_RIDERS} riders; delete some"
+                raise StoreError(problem, file=self._database.file)
+            return self._write(draft, f"rider-{secrets.token_hex(4)}", now_utc())
 
     def change(self, rider: str, draft: RiderDraft) -> RiderRecord:
         """Replace what is stored about a rider.
 
         Raises:
             RiderExists: Another rider has this name.
-            StoreError: There is no such rider, their file is damaged, or it cannot be written.
+            StoreError: There is no such rider, the record is damaged, or it cannot be written.
         """
         with self._lock:
             before = self.get(rider)
@@ -194,32 +181,25 @@ class RiderStore:
             return self._write(draft, rider, before.created)
 
     def remove(self, rider: str) -> None:
-        """Remove the file of a rider, also a damaged one.
+        """Remove a rider, also a damaged one.
 
         Raises:
-            StoreError: There is no such rider, or the file cannot be removed.
+            StoreError: There is no such rider, or the database cannot be written.
         """
-        with self._lock:
-            remove_file(self._known(rider))
+        self.check(rider)
+        self._database.write("DELETE FROM rider WHERE id = ?", rider)
 
     def _write(self, draft: RiderDraft, id_: str, created: str) -> RiderRecord:
         content = {**dict(draft), "id": id_, "created": created, "changed": now_utc()}
         record = RiderRecord.model_validate(content)
-        write_atomically(self._file(id_), as_json(record))
+        text = record.model_dump_json()
+        self._database.write("INSERT OR REPLACE INTO rider VALUES (?, ?)", id_, text)
         return record
 
     def _check_name(self, name: str, rider: str) -> None:
         others, _ = self.list()
         if any(_key(each.name) == _key(name) and each.id != rider for each in others):
             raise RiderExists("another rider has this name or number")
-
-    def _known(self, rider: str) -> Path:
-        if not RIDER.fullmatch(rider) or not self._file(rider).is_file():
-            raise StoreError("there is no such rider")
-        return self._file(rider)
-
-    def _file(self, rider: str) -> Path:
-        return self._folder / f"{rider}.json"
 
 
 def _key(name: str) -> str:

@@ -6,40 +6,29 @@ last reset of what was learned from rides counts here, too.
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from cohelm.errors import StoreError
-from cohelm.live.sessions.records import SessionInfo
+from cohelm.live.sessions.database import Database
+from cohelm.live.sessions.records import stored_sessions
 from cohelm.live.sessions.response import LATEST, reset_at
-from cohelm.live.sessions.session_files import SESSION, read, rides_in
 from cohelm.planning.alternatives.learned_preference import FeatureVector, learn_weights
 
 
-def learned_preference(folder: Path, rider: str) -> FeatureVector | None:
+def learned_preference(database: Database, rider: str) -> FeatureVector | None:
     """Learn the weights of a rider from the latest choices; None if there are too few.
 
     Args:
-        folder: Folder with the sessions.
+        database: Stored rides.
         rider: Id of the rider; empty: the rides of which nobody was chosen as the rider.
 
     Raises:
-        StoreError: The time of the last reset cannot be read.
+        StoreError: The database cannot be read.
     """
-    since = reset_at(folder)
+    since = reset_at(database)
     rides = [
         ride
-        for session in sorted(folder.glob("*"))
-        if SESSION.fullmatch(session.name) and _rider_of(session) == rider
-        for ride in rides_in(session)
+        for each in stored_sessions(database)
+        if each.session.rider == rider
+        for ride in each.rides
         if ride.choice is not None and ride.started >= since
     ]
     rides.sort(key=lambda ride: ride.started)
     return learn_weights(ride.choice for ride in rides[-LATEST:] if ride.choice is not None)
-
-
-def _rider_of(session: Path) -> str | None:
-    """Return the rider of a session; None: its file is damaged, and it may be anybody's."""
-    try:
-        return read(SessionInfo, session / "session.json").rider
-    except StoreError:
-        return None

@@ -1,276 +1,165 @@
 """Storage of sessions in one folder, which one action deletes.
 
-    DIR/                       0700, every file in it 0600
-      settings.json            limits and the rider's settings, see ``control.limits``
-      map-changes.json         where the building differs from its map
-      riders/                  who rides, see ``riders``; they stay when sessions are deleted
-      audit.jsonl              audit log; it stays when sessions are deleted
-      20260131-142530/         a session
-        session.json
-        20260131-142530-r1.json   summary of a ride; .png, .timeline; .begun: of one that goes
-                                  on; .rows and .task: its log, until it is measured, if it can be
-      .deleted-…/              session being deleted, now or at the next start
+    DIR/                             0700, every file in it 0600
+      cohelm.sqlite                  settings, riders, audit log, and the index of the rides
+      rides/20260131-142530-r1.mcap  log of a ride, see ``ride_log``
 
-Every method may be called from any thread. A writer thread keeps the order of all writes but those
-of :meth:`SessionStore.begin`, which makes a folder with one small file and flushes both to disk in
-the calling thread, the control loop: some ms, once for each drive and rider, and once more after
-its session was deleted. The chair stands then, or begins to move. :attr:`SessionStore.error` says
-what could not be written; it is tried again with every further write, and by ``retry``.
+The index has the summary of each ride, its map and its timeline. A log without an entry is a ride
+that was cut off, or whose index was lost: it gets one at the next start.
+
+Every method may be called from any thread. Those that change rides do not wait for the disk, but
+for the deletions: a writer thread keeps their order. :attr:`SessionStore.error` says what could not
+be written; it is tried again with every further write, and by ``retry``.
 """
 
 from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import logging
+import math
+import shutil
 import threading
-from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from cohelm.errors import StoreError
-from cohelm.live.sessions import map_changes
-from cohelm.live.sessions.archive import SessionArchive
-from cohelm.live.sessions.files import check_writable, write_atomically
+from cohelm.live.sessions import map_changes, report
+from cohelm.live.sessions.database import Database
+from cohelm.live.sessions.files import make_private_folder
 from cohelm.live.sessions.measuring import (
     MeasuringPostponed,
-    log_without_navigator,
     measure_in_subprocess,
-    task_of,
+    read_head,
 )
-from cohelm.live.sessions.records import RideLog, RideSummary, SessionInfo
-from cohelm.live.sessions.recovery import BEGUN, interrupted_ride, unfinished_rides
-from cohelm.live.sessions.session_files import (
+from cohelm.live.sessions.records import (
+    OLDER,
     RIDE,
-    as_json,
-    create_session,
-    mark_deleted,
-    not_deleted,
+    SESSION,
+    RideLog,
+    RideSummary,
+    SessionInfo,
+    SessionSummary,
     now_utc,
-    read,
-    remove_deleted,
-    remove_empty_session,
-    remove_file,
-    rides_in,
-    session_info,
     session_of,
-    sweep,
-    text_of_lost_rows,
+    session_sort_key,
+    stored_sessions,
+    unknown_ride,
+    unknown_session,
 )
+from cohelm.live.sessions.riders import RiderStore
+from cohelm.live.sessions.timeline import Timeline
+from cohelm.platforms import is_simulated
 from cohelm.scenarios.build import RideSetup
 
-_log = logging.getLogger(__name__)
-
-
-class Background:
-    """Tasks in two threads; every method may be called from any thread.
-
-    Args:
-        complete: Returns True if nothing waits for the disk; then a successful task clears
-            :attr:`error`.
-    """
-
-    def __init__(self, complete: Callable[[], bool]) -> None:
-        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
-        self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
-        self._pending: set[Future[Any]] = set()
-        self._lock = threading.Lock()
-        self._complete = complete
-        self.error = ""
-        """Reason why something could not be written; empty if everything is."""
-
-    def write(self, task: Callable[[], Any]) -> Future[Any]:
-        """Run a task in the writer thread, after all earlier ones."""
-        return self._submit(self._writer, task)
-
-    def measure(self, task: Callable[[], Any]) -> None:
-        """Run a task in the measuring thread, after all tasks so far."""
-        with self._lock:
-            before = set(self._pending)
-
-        def run() -> None:
-            wait(before)
-            task()
-
-        self._submit(self._measurer, run)
-
-    def wait(self, timeout: float) -> None:
-        """Wait for the tasks so far, up to ``timeout``, s."""
-        with self._lock:
-            pending = set(self._pending)
-        wait(pending, timeout)
-
-    def wait_until_idle(self) -> None:
-        """Wait for all tasks, and for those that they add."""
-        while True:
-            with self._lock:
-                pending = set(self._pending)
-            if not pending:
-                return
-            wait(pending)
-
-    def close(self) -> None:
-        """End the threads."""
-        self._measurer.shutdown()
-        self._writer.shutdown()
-
-    def _submit(self, executor: ThreadPoolExecutor, task: Callable[[], Any]) -> Future[Any]:
-        """Run a task; a failure is logged, and stays in ``error``."""
-        future = executor.submit(self._run, task)
-        with self._lock:
-            self._pending.add(future)
-        future.add_done_callback(self._discard)
-        return future
-
-    def _discard(self, future: Future[Any]) -> None:
-        with self._lock:
-            self._pending.discard(future)
-
-    def _run(self, task: Callable[[], Any]) -> Any:
-        try:
-            done = task()
-        except StoreError as error:
-            if not self.error:  # once, not at every attempt
-                _log.error("sessions: %s", error)
-            self.error = error.problem
-            raise
-        if self._complete():
-            self.error = ""
-        return done
-
-
-FAILED = ".failed"
-"""Suffix of a task that could not be measured."""
-LOST = "The navigator was lost before it delivered stops, route and destination."
-"""Error of a ride without a log."""
+RIDES = "rides"
+"""Folder of the logs."""
+LOST = "The navigator was lost; the last second of this ride may be missing."
+INTERRUPTED = "The program was interrupted during this ride; its last second may be missing."
 CLOSE_TIMEOUT = 4.0
 """Time for open measurements when the program ends, s; the rest is done at the next start."""
+_log = logging.getLogger(__name__)
+_T = TypeVar("_T")
 
 
-class SessionStore(SessionArchive):
-    """Sessions and rides in a folder, to read and to write.
+class SessionStore:
+    """Sessions and rides in a folder; a damaged ride is listed with its damage.
 
     Args:
         folder: Created if it is missing.
 
     Raises:
-        StoreError: The folder cannot be created or written.
+        StoreError: The folder cannot be created or written, or its database not be read.
     """
 
     def __init__(self, folder: Path) -> None:
-        super().__init__(folder)
+        self.folder = make_private_folder(folder)
+        self.database = Database(folder)
+        self.riders = RiderStore(self.database)
         self._closing = threading.Event()
         self._lock = threading.Lock()
         self._current: SessionInfo | None = None
-        self._stored_rides: set[str] = set()
-        """Rides of this program that were given to the writer thread, and not deleted."""
-        self._used_ids: set[str] = set()
-        """Sessions that this program has begun, deleted ones included."""
-        self._ride_count = 0
-        """Rides of the current session so far."""
-        self._background = Background(lambda: not self._unwritten)
-        self._unwritten: dict[str, tuple[RideSummary, Callable[[], bytes]]] = {}
-        """Ended rides that the disk did not take yet, with their tasks; of the writer thread."""
-        self._checkpoint: Future[Any] | None = None
+        self._open: dict[str, SessionInfo] = {}
+        """Rides of this program that go on, by id; of the current session or earlier ones."""
+        self._kept: set[str] = set()
+        """Ended rides, also of earlier programs, that are not deleted."""
+        self._counts: dict[str, int] = {}
+        """Session → number of its rides so far, also of deleted and earlier ones."""
+        self._unwritten: dict[str, tuple[RideSummary, SessionInfo]] = {}
+        """Ended rides that the disk did not take yet; of the writer thread."""
         self._retry: Future[Any] | None = None
-        sweep(self.folder)
-        for ride in unfinished_rides(self.folder):
-            self._background.write(functools.partial(self._finish, ride))
-        for task in sorted(self.folder.glob("*/*.task")):
-            if RIDE.fullmatch(task.stem):
-                self._measure_later(task.stem)
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
+        self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
+        self.error = ""
+        """Reason why something is not stored; empty if everything is."""
+        self._finish_earlier()
 
     def begin(self, ride_setup: RideSetup, rider: str = "") -> SessionInfo:
-        """Begin a session, to which all further rides belong; one without a ride is removed.
+        """Begin a session, to which all further rides belong; it is stored with its first ride.
 
         Args:
             ride_setup: World of its rides.
             rider: Id of the rider; empty: nobody was chosen.
-
-        Raises:
-            StoreError: The session cannot be written.
         """
+        info = SessionInfo(
+            id="",
+            started="",
+            scene=ride_setup.scenario.name,
+            robot=ride_setup.robot.name,
+            simulation=is_simulated(ride_setup.scenario),
+            rider=rider,
+        )
         with self._lock:
-            if self._current is not None and not self._ride_count:
-                remove_empty_session(self.folder / self._current.id)
-            self._current = self._open_session(session_info(ride_setup, rider))
-            self._ride_count = 0
+            self._current = self._named(info)
             return self._current
 
-    def begin_ride(self) -> tuple[str, Path]:
-        """Return the next ride's id and the file for its rows.
+    def begin_ride(self) -> tuple[str, SessionInfo, Path]:
+        """Return the next ride's id, its session, and the file for its log.
 
         Raises:
-            StoreError: No session has begun, or its folder cannot be written.
+            StoreError: No session has begun.
         """
         with self._lock:
             if self._current is None:
                 raise StoreError("a ride needs a session; begin one first")
-            if not (self.folder / self._current.id).is_dir():  # it was deleted
-                self._current = self._open_session(
-                    self._current.model_copy(update={"started": now_utc()})
-                )
-                self._ride_count = 0
-            self._ride_count += 1
-            ride = f"{self._current.id}-r{self._ride_count}"
-            return ride, self.folder / self._current.id / f"{ride}.rows"
+            self._counts[self._current.id] += 1
+            ride = f"{self._current.id}-r{self._counts[self._current.id]}"
+            self._open[ride] = self._current
+            return ride, self._current, self.log_file(ride)
 
-    def checkpoint(self, record: RideSummary, ride_setup: RideSetup | None = None) -> None:
-        """Store the summary so far of a ride that goes on, unless the last one still waits.
-
-        Args:
-            record: Summary with an id of :meth:`begin_ride`.
-            ride_setup: World of the ride, in the first call; with it a ride can be measured whose
-                program is killed.
-        """
-        waits = self._checkpoint is not None and not self._checkpoint.done()
-        if waits and ride_setup is None:
-            return
-        begun = self._file(record.id, BEGUN)
-
-        def write() -> None:
-            if not begun.parent.is_dir():  # deleted while it went on
-                return
-            if ride_setup is not None:
-                log = log_without_navigator(
-                    record, self._file(record.id, ".rows"), ride_setup.world.control_step
-                )
-                task = task_of(log, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
-                write_atomically(begun.with_suffix(".task"), task)
-            write_atomically(begun, as_json(record))
-
-        self._checkpoint = self._background.write(write)
-
-    def keep(self, record: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
+    def keep(self, summary: RideSummary, log: RideLog | None, ride_setup: RideSetup) -> None:
         """Store a ride that has ended; another process computes its measures and its map.
 
-        A ride whose session was deleted meanwhile is not stored.
+        A ride that was deleted meanwhile is not stored.
 
         Args:
-            record: Summary with an id of :meth:`begin_ride`.
-            log: Log by the navigator's process; None: it is lost with stops, route and
-                destination, and the measures come from the rows on disk.
+            summary: Summary with an id of :meth:`begin_ride`.
+            log: Answer of the navigator's process; None: it is lost.
             ride_setup: World of the ride.
         """
-        error = LOST if log is None else text_of_lost_rows(log)
-        session = session_of(record.id)
-        record = record.model_copy(update={"session": session, "error": error})
-        self._stored_rides.add(record.id)
-        period = ride_setup.world.control_step
-        kept = log or log_without_navigator(record, self._file(record.id, ".rows"), period)
-
-        def task() -> bytes:
-            return task_of(kept, ride_setup.scenario, ride_setup.robot, ride_setup.grid)
+        error = LOST if log is None else ""
+        if log is not None and log.lost_ticks:
+            seconds = log.lost_ticks * ride_setup.world.control_step
+            error = f"{log.lost_ticks} ticks of this ride, {seconds:.1f} s, are not stored."
+        with self._lock:
+            info = self._open.pop(summary.id, None)
+            if info is None:
+                return
+            self._kept.add(summary.id)
 
         def write() -> None:
-            self._unwritten[record.id] = record, task
+            self._unwritten[summary.id] = summary.model_copy(update={"error": error}), info
             self._write_rides()
-            if log is not None and (self.folder / session).is_dir():  # else deleted meanwhile
+            if log is not None:
                 grid, name = ride_setup.navigator.grid, ride_setup.scenario.name
-                map_changes.keep_changes(self.folder, grid, name, log.changes)
+                map_changes.keep_changes(self.database, grid, name, log.changes)
 
-        self._background.write(write)
+        self._write(write)
 
     def retry(self, further: Callable[[], None] = lambda: None) -> None:
         """Write again what could not be written, and run ``further``, in the writer thread."""
@@ -279,11 +168,11 @@ class SessionStore(SessionArchive):
 
         def write() -> None:
             further()
-            if self._background.error:
-                check_writable(self.folder)
+            if self.error:
+                self.database.set("tried", now_utc())
             self._write_rides()
 
-        self._retry = self._background.write(write)
+        self._retry = self._write(write)
 
     def rate(self, ride: str, rating: int) -> None:
         """Store a rating, 1 to 5; it replaces an earlier one.
@@ -291,136 +180,289 @@ class SessionStore(SessionArchive):
         Raises:
             StoreError: There is no such ride.
         """
-        if ride not in self._stored_rides:
-            self._ride(ride)
-        self._background.write(lambda: self._update_ride(ride, rating=rating))
+        if ride not in self._kept:
+            raise StoreError("there is no such ride")
+        self._write(lambda: self._update(ride, {"rating": rating}))
 
     def delete_all(self) -> int:
         """Delete all sessions, the current one included, and return their number.
 
-        The current ride is not stored. The audit log and the settings stay.
+        The current ride is not stored. The audit log, the riders and the settings stay.
 
         Raises:
             StoreError: Something could not be deleted; names it.
         """
-        return int(self._background.write(self._delete_all).result())
+        going_on = self._forget(None)
+
+        def delete() -> int:
+            count = self._delete(None, going_on)
+            map_changes.forget_changes(self.database)
+            older = self._older()
+            for folder in older:
+                _unlink(folder)
+            return count + len(older)
+
+        return self._write(delete).result()
 
     def delete_of(self, rider: str) -> int:
         """Delete the sessions of one rider, and return their number; errors as above."""
-        found = self.folders_of(rider)
-        return int(self._background.write(lambda: self._delete(lambda: found)).result())
+        going_on = self._forget(rider)
+        return self._write(lambda: self._delete(rider, going_on)).result()
 
-    def wait_until_idle(self) -> None:
-        """Wait for all pending writes and measurements."""
-        self._background.wait_until_idle()
+    def list(self) -> tuple[SessionSummary, ...]:
+        """Return all sessions with a ride, the newest first, and the names of older versions'.
+
+        Raises:
+            StoreError: The database cannot be read.
+        """
+        older = (SessionSummary(session=unknown_session(f.name, OLDER)) for f in self._older())
+        found = [*stored_sessions(self.database), *older]
+        found.sort(key=lambda each: session_sort_key(each.session.id), reverse=True)
+        return tuple(found)
+
+    def list_of(self, rider: str) -> tuple[SessionSummary, ...]:
+        """Return the sessions of one rider, the newest first; errors as in :meth:`list`."""
+        return tuple(each for each in self.list() if rider and each.session.rider == rider)
+
+    def summary(self, session: str) -> SessionSummary:
+        """Return one session.
+
+        Raises:
+            StoreError: There is no such session.
+        """
+        found = next((each for each in self.list() if each.session.id == session), None)
+        if found is None:
+            raise StoreError("there is no such session")
+        return found
+
+    def unreadable(self) -> int:
+        """Return the number of sessions of which the rider cannot be read."""
+        query = "SELECT DISTINCT session FROM ride WHERE rider IS NULL AND state != 'deleted'"
+        return len(self.database.rows(query)) + len(self._older())
+
+    def html(self, session: str) -> str:
+        """Return the HTML report of a session; errors as in :meth:`summary`."""
+        summary = self.summary(session)
+        maps: dict[str, bytes] = {}
+        timelines: dict[str, Timeline] = {}
+        query = "SELECT id, png, timeline FROM ride WHERE session = ? AND state = 'measured'"
+        for ride, png, timeline in self.database.rows(query, session):
+            maps[ride] = png
+            with contextlib.suppress(ValueError):  # of another version
+                timelines[ride] = Timeline.model_validate_json(timeline)
+        name = self.riders.name(summary.session.rider)
+        return report.session_html(summary, maps, timelines, rider=name)
+
+    def csv(self, session: str) -> str:
+        """Return the CSV table of a session; errors as in :meth:`summary`."""
+        return report.session_csv(self.summary(session))
+
+    def png(self, id_: str) -> bytes:
+        """Return the map of a ride, or of a session's last ride that has one.
+
+        Raises:
+            StoreError: There is no map, or not yet.
+        """
+        rides = [id_] if RIDE.fullmatch(id_) else [r.id for r in self.summary(id_).rides]
+        for ride in reversed(rides):
+            for (found,) in self.database.rows("SELECT png FROM ride WHERE id = ?", ride):
+                if found:
+                    return bytes(found)
+        raise StoreError(f"there is no map of {id_}, or not yet")
+
+    def timeline(self, ride: str) -> bytes:
+        """Return the timeline of a ride as JSON, see :mod:`.timeline`.
+
+        Raises:
+            StoreError: There is no timeline, or not yet.
+        """
+        for (found,) in self.database.rows("SELECT timeline FROM ride WHERE id = ?", ride):
+            if found:
+                return bytes(found)
+        raise StoreError(f"there is no timeline of {ride}, or not yet")
+
+    def wait_until_idle(self, timeout: float = math.inf) -> None:
+        """Wait for all pending writes and measurements, up to ``timeout``, s."""
+        end = time.monotonic() + timeout
+        for thread in (self._writer, self._measurer, self._writer):
+            left = None if timeout == math.inf else max(end - time.monotonic(), 0.0)
+            with contextlib.suppress(TimeoutError):
+                thread.submit(lambda: None).result(left)
 
     def close(self) -> None:
-        """Finish pending work for some seconds, then close; remove a session without a ride.
+        """Finish pending work for some seconds, then close.
 
         A ride that is not measured by then is measured at the next start.
         """
-        self._background.wait(CLOSE_TIMEOUT)
+        if not self._closing.is_set():
+            self.wait_until_idle(CLOSE_TIMEOUT)
         self._closing.set()
-        self.wait_until_idle()
-        self._background.close()
-        if self._current is not None:
-            remove_empty_session(self.folder / self._current.id)
-        self._current = None
+        self._measurer.shutdown()
+        self._writer.shutdown()
 
-    @property
-    def error(self) -> str:
-        """Reason why something is not stored; empty if everything is."""
-        return self._background.error
+    def _write(self, task: Callable[[], _T]) -> Future[_T]:
+        """Run a task in the writer thread; a failure is logged, and stays in ``error``."""
 
-    def _open_session(self, info: SessionInfo) -> SessionInfo:
-        """Give the session an id and a folder of its own."""
-        opened = create_session(self.folder, self._used_ids, info)
-        self._used_ids.add(opened.id)
-        return opened
+        def run() -> _T:
+            try:
+                done = task()
+            except StoreError as error:
+                if not self.error:  # once, not at every attempt
+                    _log.error("sessions: %s", error)
+                self.error = error.problem
+                raise
+            self.error = "" if not self._unwritten else self.error
+            return done
+
+        return self._writer.submit(run)
+
+    def _finish_earlier(self) -> None:
+        """Finish the deletions, and continue with the rides, of earlier programs."""
+        self._unlink_deleted()
+        with self.database.transaction() as database:
+            database.execute("DELETE FROM ride WHERE state = 'deleted'")
+        self._kept = {ride for (ride,) in self.database.rows("SELECT id FROM ride")}
+        for file in sorted(self.folder.glob(f"{RIDES}/*.mcap")):
+            if RIDE.fullmatch(file.stem) and file.stem not in self._kept:
+                self._adopt(file)
+                self._kept.add(file.stem)
+        for ride in self._kept:
+            number, session = int(ride.rpartition("-r")[2]), session_of(ride)
+            self._counts[session] = max(self._counts.get(session, 0), number)
+        self._counts.update((folder.name, 0) for folder in self._older())
+        for (ride,) in self.database.rows("SELECT id FROM ride WHERE state IN ('ended', 'cut')"):
+            self._measurer.submit(self._measure, ride)
+
+    def _adopt(self, file: Path) -> None:
+        """Enter a log that has no entry."""
+        try:
+            info, summary = read_head(file)
+            changes = {"id": file.stem, "outcome": "cancelled", "error": INTERRUPTED}
+            self._insert(summary.model_copy(update=changes), info, info.rider, "cut")
+        except StoreError as error:
+            _log.error("sessions: a ride is damaged: %s", error)
+            session = session_of(file.stem)
+            info = unknown_session(session, "unknown (the log cannot be read)")
+            problem = f"The record of this ride ({file.name}) cannot be read."
+            self._insert(unknown_ride(file.stem, problem), info, None, "unmeasured")
+
+    def _insert(self, summary: RideSummary, info: SessionInfo, *more: str | None) -> None:
+        """Enter a ride with its rider and its state."""
+        texts = (info.model_dump_json(), summary.model_dump_json())
+        self.database.write(
+            "INSERT OR IGNORE INTO ride (id, session, info, summary, rider, state) "
+            "VALUES (?, ?, ?, ?, ?, ?)",
+            *(summary.id, session_of(summary.id), *texts, *more),
+        )
+
+    def _named(self, info: SessionInfo) -> SessionInfo:
+        """Return a session with an id that was never used, from the local time."""
+        stamp = datetime.now(UTC).astimezone().strftime("%Y%m%d-%H%M%S")
+        names = itertools.chain([stamp], (f"{stamp}-{n}" for n in itertools.count(2)))
+        id_ = next(each for each in names if each not in self._counts)
+        self._counts[id_] = 0
+        return info.model_copy(update={"id": id_, "started": now_utc()})
 
     def _write_rides(self) -> None:
-        """Write all rides that have ended, in the writer thread."""
-        for ride, (record, task) in list(self._unwritten.items()):
-            self._write_ride(record, task)
+        """Enter all rides that have ended, in the writer thread."""
+        for ride, (summary, info) in list(self._unwritten.items()):
+            self._insert(summary, info, info.rider, "ended")
             del self._unwritten[ride]
-            self._measure_later(ride)
+            self._measurer.submit(self._measure, ride)
 
-    def _write_ride(self, record: RideSummary, task: Callable[[], bytes]) -> None:
-        file = self._file(record.id, ".json")
-        if file.parent.is_dir():  # else deleted while it went on
-            # The summary is last: it says that the ride has ended.
-            write_atomically(file.with_suffix(".task"), task())
-            write_atomically(file, as_json(record))
-            with contextlib.suppress(OSError):
-                file.with_suffix(BEGUN).unlink(missing_ok=True)
-
-    def _finish(self, ride: str) -> None:
-        """Finish a ride of a program that was killed, in the writer thread."""
-        file = self._file(ride, ".json")
-        write_atomically(file, as_json(interrupted_ride(self.folder, ride)))
-        with contextlib.suppress(OSError):
-            file.with_suffix(BEGUN).unlink(missing_ok=True)
-
-    def _update_ride(self, ride: str, **changes: Any) -> bool:
-        """Change a ride, in the writer thread; returns False if it is not stored, or deleted."""
-        file = self._file(ride, ".json")
-        stored = file.is_file()
-        if stored:
-            write_atomically(file, as_json(read(RideSummary, file).model_copy(update=changes)))
-        return stored
-
-    def _measure_later(self, ride: str) -> None:
-        self._background.measure(lambda: self._measure(ride))
+    def _update(self, ride: str, changes: Mapping[str, Any], *more: str | bytes) -> None:
+        """Change the summary of a ride, and state, map and timeline, in the writer thread."""
+        if ride in self._unwritten:
+            summary, info = self._unwritten[ride]
+            self._unwritten[ride] = summary.model_copy(update=changes), info
+            return
+        query = "SELECT summary FROM ride WHERE id = ? AND state != 'deleted'"
+        for (text,) in self.database.rows(query, ride):
+            new = RideSummary.model_validate_json(text).model_copy(update=changes)
+            columns = ("summary", "state", "png", "timeline")[: 1 + len(more)]
+            setting = ", ".join(f"{column} = ?" for column in columns)
+            statement = f"UPDATE ride SET {setting} WHERE id = ?"
+            self.database.write(statement, new.model_dump_json(), *more, ride)
 
     def _measure(self, ride: str) -> None:
         """Measure a ride, in the measuring thread."""
-        task, rows = self._file(ride, ".task"), self._file(ride, ".rows")
-        if self._closing.is_set() or not (task.is_file() and rows.is_file()):
+        if self._closing.is_set():
             return
-        try:
-            measured = measure_in_subprocess(task, self._closing)
-            write_atomically(self._file(ride, ".png"), measured.png)
-            write_atomically(self._file(ride, ".timeline"), measured.timeline)
-        except MeasuringPostponed:
-            return
-        except (StoreError, OSError) as error:
-            problem = f"{error}; its rows are kept in {rows.name}"
-            self._background.write(lambda: self._set_aside(ride, problem))
-            return
-        self._background.write(lambda: self._store_measures(ride, measured.measures))
+        query = "SELECT summary, state FROM ride WHERE id = ? AND state IN ('ended', 'cut')"
+        for text, state in self.database.rows(query, ride):
+            more: tuple[str | bytes, ...] = ("unmeasured",)
+            new: dict[str, Any]
+            old = RideSummary.model_validate_json(text)
+            try:
+                found = measure_in_subprocess(self.log_file(ride), self._closing)
+            except MeasuringPostponed:
+                return
+            except StoreError as error:
+                new = {"error": f"{old.error} {error}".strip()}
+            else:
+                told = found.summary
+                new = {"stops": told.stops, "nearest": told.nearest, "measures": told.measures}
+                if state == "cut":
+                    new = {k: v for k, v in told if k not in {"id", "session", "rating"}}
+                    new["error"] = INTERRUPTED if found.damage else ""
+                elif found.damage and not old.error:
+                    new["error"] = f"The log is damaged: {found.damage}."
+                more = ("measured", found.png, found.timeline)
+            self._write(functools.partial(self._update, ride, new, *more))
 
-    def _store_measures(self, ride: str, measures: dict[str, float]) -> None:
-        """Store the measures of a ride, in the writer thread; then its log is not needed."""
-        if not self._update_ride(ride, measures=measures):
-            return  # deleted, or the disk did not take it yet
-        for done in (".task", ".rows"):
-            self._file(ride, done).unlink(missing_ok=True)
+    def _forget(self, rider: str | None) -> set[str]:
+        """Return the rides of a rider, or all, that go on; they are not stored any more."""
+        with self._lock:
+            gone = {r for r, info in self._open.items() if rider in {None, info.rider}}
+            for ride in gone:
+                del self._open[ride]
+            return gone
 
-    def _set_aside(self, ride: str, problem: str) -> None:
-        """Keep the log of a ride that cannot be measured, and do not try again."""
-        file = self._file(ride, ".json")
-        before = read(RideSummary, file).error if file.is_file() else ""
-        self._update_ride(ride, error=f"{before} {problem}".strip())
-        task = self._file(ride, ".task")
-        if task.is_file():
-            task.replace(task.with_suffix(FAILED))
+    def _delete(self, rider: str | None, going_on: set[str]) -> int:
+        """Delete the sessions of a rider, or all, in the writer thread; returns their number."""
+        waiting = {r for r, (_, info) in self._unwritten.items() if rider in {None, info.rider}}
+        query = "SELECT id FROM ride WHERE state != 'deleted' AND (?1 IS NULL OR rider = ?1)"
+        stored = {ride for (ride,) in self.database.rows(query, rider)}
+        gone = going_on | waiting | stored
+        with self.database.transaction() as database:
+            # Until the next start these entries keep a log that appears later from being adopted.
+            database.executemany(
+                "INSERT OR REPLACE INTO ride VALUES (?, ?, NULL, 'deleted', '', '', NULL, NULL)",
+                [(ride, session_of(ride)) for ride in gone],
+            )
+        self._kept -= gone
+        for ride in waiting:
+            del self._unwritten[ride]
+        with self._lock:
+            if self._current is not None and self._current.id in set(map(session_of, gone)):
+                self._current = self._named(self._current)
+        self._unlink_deleted()
+        return len(set(map(session_of, stored)))
 
-    def _delete_all(self) -> int:
-        """Delete all sessions, in the writer thread."""
-        count = self._delete(self._folders)
-        remove_file(self.folder / map_changes.FILE)
-        return count
+    def _unlink_deleted(self) -> None:
+        for (ride,) in self.database.rows("SELECT id FROM ride WHERE state = 'deleted'"):
+            _unlink(self.log_file(ride))
 
-    def _delete(self, which: Callable[[], Iterable[Path]]) -> int:
-        """Delete sessions, in the writer thread; an open measurement finds its folder gone."""
-        try:
-            count = sum(any(rides_in(folder)) for folder in which())
-            with self._lock:  # no session is created meanwhile
-                gone = {folder.name: folder for folder in which()}
-                stored = tuple(self._stored_rides)  # at once: the control thread adds to it
-                self._stored_rides.difference_update(r for r in stored if session_of(r) in gone)
-                mark_deleted(gone.values())
-        except OSError as cause:
-            raise not_deleted(self.folder, cause) from None
-        remove_deleted(self.folder)
-        return count
+    def _older(self) -> tuple[Path, ...]:
+        """Folders of sessions of an older version."""
+        return tuple(f for f in self.folder.iterdir() if SESSION.fullmatch(f.name))
+
+    def log_file(self, ride: str) -> Path:
+        """Return the file for the log of a ride."""
+        return self.folder / RIDES / f"{ride}.mcap"
+
+
+def _unlink(path: Path) -> None:
+    """Remove a file or a folder, if it exists.
+
+    Raises:
+        StoreError: It cannot be removed.
+    """
+    try:
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+    except OSError as cause:
+        problem = f"cannot be deleted ({cause.strerror or cause})"
+        raise StoreError(problem, file=path) from None

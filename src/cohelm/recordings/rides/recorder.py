@@ -12,7 +12,7 @@ import threading
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import IO, Any, Self
 
 import numpy as np
 
@@ -45,17 +45,18 @@ class McapWriter:
 
     Args:
         file: File to write; it must not exist, its folder must.
+        stream: Open stream to write to instead; ``file`` is then its name.
 
     Raises:
         RecordingError: if it exists or cannot be written.
     """
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, stream: IO[bytes] | None = None) -> None:
         from mcap.writer import CompressionType, Writer  # noqa: PLC0415  # only to record
 
         self._file = file
         try:
-            self._stream = file.open("xb")
+            self._stream = stream or file.open("xb")
         except FileExistsError:
             problem = "exists already; remove it or name another file"
             raise RecordingError(problem, file=file) from None
