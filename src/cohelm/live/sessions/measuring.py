@@ -39,7 +39,7 @@ from cohelm.live.sessions.timeline import timeline_of
 from cohelm.messages import Path, Request
 from cohelm.processes import end_with_owner, spawn, without_interrupts
 from cohelm.reasons import Reason
-from cohelm.recordings.bags.mcap_file import read_mcap
+from cohelm.recordings.bags.files import read_bag
 from cohelm.recordings.bags.ros_messages import decode
 from cohelm.recordings.rides.exact import unpack
 from cohelm.recordings.rides.ride import FORMAT, RIDE_TOPIC, RideFacts
@@ -119,7 +119,7 @@ def read_head(file: File) -> tuple[SessionInfo, RideSummary]:
     """
     info: SessionInfo | None = None
     try:
-        for message in read_mcap(file, []):
+        for message in read_bag([file], []):
             if message.topic == SESSION:
                 info = SessionInfo.model_validate_json(decode(message).data)
             elif message.topic == SUMMARY and info is not None:
@@ -138,7 +138,7 @@ def read_log(file: File) -> tuple[Ride, RideSummary, str]:
     log = _Log()
     damage: list[RecordingError] = []
     try:
-        for message in read_mcap(file, damage):
+        for message in read_bag([file], damage):
             log.add(message.topic, decode(message))
     except (OSError, ValueError, CohelmError) as cause:
         damage.append(RecordingError(str(cause), file=file))

@@ -152,7 +152,12 @@ class RideLogWriter:
                 task = self._queue.get(timeout=FLUSH)
                 if task is None:
                     break
-                task()
+                try:
+                    task()
+                except Exception as error:  # this ride's log ends; the next one begins anew
+                    _log.exception("the log of a ride has ended")
+                    if self._file is not None:
+                        self._file.error = str(error)
             if self._file is not None and time.monotonic() >= due:
                 self._file.store()
                 due = time.monotonic() + FLUSH
