@@ -144,6 +144,9 @@ wheel-any: setup page ## dist/*.whl for any machine: the first ride compiles
 schema: setup ## the messages' JSON Schema again from src/cohelm/live/messages
 	$(BIN)/python -m cohelm.web.schema
 
+# What JuPedSim asks for and cohelm does not use: 1.2 GB.
+UNUSED := pyside6 pyside6-addons pyside6-essentials shiboken6 vtk
+
 .PHONY: lock
 lock: setup ## requirements.lock again from pyproject.toml, with the newest versions
 	@{ echo "# Exact versions of everything that cohelm is built, run and tested with."; \
@@ -152,6 +155,7 @@ lock: setup ## requirements.lock again from pyproject.toml, with the newest vers
 	       --no-header --no-annotate --no-emit-options --no-emit-index-url \
 	       --no-emit-trusted-host --no-emit-find-links --no-allow-unsafe \
 	       --unsafe-package cohelm --unsafe-package pip --unsafe-package setuptools \
+	       $(UNUSED:%=--unsafe-package %) \
 	       --no-build-isolation --output-file - | grep -v -e '^#' -e '^$$'; \
 	} > $(VENV)/requirements.lock
 	@mv $(VENV)/requirements.lock requirements.lock

@@ -58,7 +58,7 @@ def test_every_group_of_entry_points_is_a_known_kind():
 
 
 BUDGET = {
-    "benchmarks": (12725, 64),
+    "benchmarks": (12925, 65),
     "buildings": (4500, 19),
     "cli": (5450, 33),
     "control": (8725, 56),
@@ -78,7 +78,7 @@ BUDGET = {
     "safety": (450, 3),
     "scenarios": (2200, 12),
     "sharing": (1725, 11),
-    "simulation": (6975, 48),
+    "simulation": (7275, 49),
     "social": (300, 4),
     "testing": (2075, 14),
     "web": (2425, 18),
@@ -180,6 +180,7 @@ def test_what_is_imported_is_what_is_declared():
         SOURCE / "testing" / "strategies.py",
         SOURCE / "evaluation" / "report" / "store.py",
         SOURCE / "cli" / "web_server.py",
+        SOURCE / "simulation" / "crowds" / "jupedsim_models.py",
         *(SOURCE / "buildings").glob("*.py"),
         *(SOURCE / "web").glob("*.py"),
         *(SOURCE / "ros2").glob("*.py"),

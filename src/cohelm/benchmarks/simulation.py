@@ -1,4 +1,4 @@
-"""Simulator compared with references: ORCA with recorded RVO2; time of crowds and sensors.
+"""Simulator compared with references: ORCA with recorded RVO2, people near a cart; times.
 
 The recordings are the people of CrowdNav's 500 circle-crossing cases, who never see the robot. Row
 t holds the position of each person after t steps of 0.25 s, and the velocity that led there. All
@@ -16,6 +16,7 @@ import numpy as np
 
 from cohelm.arrays import Floats
 from cohelm.benchmarks.bench import BenchReport, Result, Task, missing_data
+from cohelm.benchmarks.cart_encounters import cart_encounters
 from cohelm.benchmarks.claims import (
     measured,
     measured_notes,
@@ -31,7 +32,7 @@ from cohelm.simulation import Crowd, CrowdScene, Orca
 from cohelm.simulation.sensors import HumanBodies, StaticScene, sweep_cloud
 from cohelm.stopwatch import Stopwatch, Timing
 
-TITLE = "Simulator: ORCA against RVO2, computing time of crowds and 3-D sensors"
+TITLE = "Simulator: ORCA against RVO2, people near a cart, computing time of crowds and sensors"
 EXACT = 1e-3
 """Largest difference of equal velocities, m/s."""
 FREE_STEPS = 40
@@ -68,14 +69,24 @@ class SimulationBench:
     WORKERS: int | None = 1
 
     def tasks(self, seeds: range) -> Sequence[Task]:
-        """Agreement, crowds, sensors."""
-        return [("rvo2",), *(("crowd", n) for n in CROWDS), *(("sensor", name) for name in MOUNTS)]
+        """Agreement, people near a cart, crowds, sensors."""
+        return [
+            ("rvo2",),
+            ("cart",),
+            *(("crowd", n) for n in CROWDS),
+            *(("sensor", name) for name in MOUNTS),
+        ]
 
     def work(self, task: Task, folder: Path) -> Sequence[Result]:
         """Rows of one part."""
         kind, *given = task
         parts: Mapping[str, Callable[..., Iterator[dict[str, Any]]]]
-        parts = {"rvo2": agreement, "crowd": crowd_cost, "sensor": sensor_cost}
+        parts = {
+            "rvo2": agreement,
+            "cart": cart_encounters,
+            "crowd": crowd_cost,
+            "sensor": sensor_cost,
+        }
         return [Result(row) for row in parts[kind](*given)]
 
     def report(self, results: Sequence[Result], folder: Path) -> BenchReport:

@@ -98,7 +98,7 @@ BENCHES = {
     ),
     "simulation": (
         "cohelm.benchmarks.simulation",
-        "Simulated people compared with RVO2; computing time of crowds and 3-D sensors.",
+        "Simulated people compared with RVO2 and with real people; computing time.",
     ),
     "socnav1": (
         "cohelm.benchmarks.external.socnav1",

@@ -8,6 +8,7 @@ from .crowds import (
     TurningBack,
     prepare_crowd,
 )
+from .crowds.motion import advance_targets, current_targets, towards_targets, turned_towards
 from .dynamic_objects import ManualDoor, MapChange
 from .faults import FAULT_KINDS, Fault, FaultKind
 from .ground_truth import GroundTruth, Touch, is_standing
@@ -90,8 +91,12 @@ __all__ = [
     "Watchful",
     "World",
     "WorldSetup",
+    "advance_targets",
+    "current_targets",
     "generator",
     "is_standing",
     "prepare_crowd",
+    "towards_targets",
+    "turned_towards",
     "with_cells",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import field
 from functools import lru_cache
 from typing import Any, Protocol
@@ -9,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from cohelm.arrays import Annotated, Booleans, Floats, Integers, Shape, read_only, value
+from cohelm.geometry import transform
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import RiderCommand
 
@@ -36,7 +38,7 @@ class Crowd:
     present: Annotated[Booleans, Shape("n")] | None = None
     """False for people who have not come yet or have left, who are far away. None: all True."""
     memory: Annotated[Floats, Shape("n m")] | None = None
-    """Private state of the pedestrian model."""
+    """Private state of the pedestrian model, a row for each person; NaN: none yet."""
 
     @property
     def there(self) -> Booleans:
@@ -60,11 +62,31 @@ class CrowdScene:
     robot_velocity: Annotated[Floats, Shape("2")]
     """Map frame, m/s."""
     robot_radius: float
+    """Radius of the disc about the robot's outline, m; ``robot_position`` is its centre."""
     time: float
+    robot_heading: float = 0.0
+    """Direction of the robot's x axis, rad."""
+    robot_outline: Annotated[Floats, Shape("c 2")] = field(default_factory=lambda: np.empty((0, 2)))
+    """Corners of the robot, m; empty: only the disc is known."""
+
+    def robot_discs(self) -> Floats:
+        """Discs (k, 3), (x, y, radius), m: a row along the robot that covers its outline.
+
+        There are as many as its length has widths, rounded up; without an outline the one disc.
+        """
+        if len(self.robot_outline) == 0:
+            return np.array([[*self.robot_position, self.robot_radius]])
+        corners = transform([0.0, 0.0, -self.robot_heading], self.robot_outline)
+        low, size = corners.min(axis=0), np.ptp(corners, axis=0)
+        count = math.ceil(size[0] / size[1] - 1e-9)
+        x = low[0] + size[0] * (np.arange(count) + 0.5) / count
+        centres = np.column_stack([x, np.full(count, low[1] + size[1] / 2.0)])
+        radius = np.full(count, math.hypot(size[0] / count, size[1]) / 2.0)
+        return np.column_stack([transform([0.0, 0.0, self.robot_heading], centres), radius])
 
 
 class PedestrianModel(Protocol):
-    """Entry point of ``cohelm.pedestrian_models``.
+    """Entry point of ``cohelm.pedestrian_models``; see ``docs/own-pedestrians.md``.
 
     A model may also have ``enter(crowd) -> Crowd``, which is called with the people at time 0: it
     may add people, give them a memory, or make them blind to the robot. ``step`` must accept a
@@ -72,7 +94,30 @@ class PedestrianModel(Protocol):
     """
 
     def step(self, crowd: Crowd, scene: CrowdScene, dt: float, rng: np.random.Generator) -> Crowd:
-        """Return the crowd ``dt`` later."""
+        """Return the crowd ``dt`` later; called once in a control step, before the robot moves.
+
+        While the robot moves, people go straight from the old to the new positions. Nobody else
+        changes a crowd, so the model
+
+        - moves ``position`` and sets ``velocity``, over the floor;
+        - turns ``heading`` (:func:`cohelm.simulation.turned_towards`);
+        - advances ``target`` for each way-point within 0.5 m, the last one within 0.2 m; after the
+          last it is 0 again for a ``loop``, else the number of way-points, and the person stays
+          (:func:`cohelm.simulation.advance_targets`);
+        - leaves absent people (``crowd.there``) where they are, and keeps them from affecting
+          others; ignores the robot for those who do not ``sees_robot``;
+        - keeps radius, preferred speed, way-points, loop, sees_robot and group.
+
+        It is a pure function of its arguments: what it must remember is ``crowd.memory``, and all
+        randomness comes from ``rng``. Equal arguments give equal bits. A person who joins the ride
+        later has NaN as memory.
+
+        Args:
+            crowd: people now.
+            scene: walls, robot and time now.
+            dt: s.
+            rng: of the people alone.
+        """
         ...
 
 

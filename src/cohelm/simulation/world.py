@@ -464,6 +464,8 @@ class World:
             robot_velocity=transform([0.0, 0.0, drive.pose[2]], velocity),
             robot_radius=radius,
             time=self._now,
+            robot_heading=drive.pose[2],
+            robot_outline=transform(drive.pose, self.setup.robot.outline),
         )
 
     def _sense(self, time: float, before: Crowd, after: Crowd, share: float) -> SensorReadings:

@@ -192,6 +192,7 @@ def test_the_defaults_are_these():
         "walls": True,
         "robot_responsibility": 0.5,
         "robot_clearance": 0.15,
+        "robot_outline": False,
         "perturbation": 1.0,
         "agility": 6.0,
         "turn_time": 0.3,

@@ -55,6 +55,8 @@ class Orca:
         robot_clearance: float = Field(0.15, ge=0.0, le=2.0)
         """Clearance from the robot's disc of people who see it, m (assumed: larger for a
         chair's metal than for a shoulder)."""
+        robot_outline: bool = False
+        """Avoid a row of discs that covers the robot's outline, instead of the disc around it."""
         perturbation: float = Field(1.0, ge=0.0, le=3.2)
         """Angle by which people without progress turn, to break deadlocks, rad; 0: never."""
         agility: float = Field(6.0, gt=0.0, le=1e6)
@@ -112,11 +114,12 @@ class Orca:
         """
         p = self.parameters
         walls = walls_of(scene.grid) if p.walls else NO_WALLS
+        one = np.array([[*scene.robot_position, scene.robot_radius]])
+        discs = scene.robot_discs() if p.robot_outline else one
         return orca_velocities(
-            np.concatenate([crowd.position, scene.robot_position[None]]),
-            np.concatenate([crowd.velocity, scene.robot_velocity[None]]),
-            np.concatenate([crowd.radius, [scene.robot_radius + p.robot_clearance]])
-            + p.extra_radius,
+            np.concatenate([crowd.position, discs[:, :2]]),
+            np.concatenate([crowd.velocity, [scene.robot_velocity] * len(discs)]),
+            np.concatenate([crowd.radius, discs[:, 2] + p.robot_clearance]) + p.extra_radius,
             crowd.radius,
             preferred,
             max_speed,

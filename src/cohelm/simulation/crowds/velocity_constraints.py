@@ -165,21 +165,21 @@ def orca_velocities(
     robot_share: float,
     dt: float,
 ) -> Floats:
-    """Compute the velocities (n, 2) of n people; row n of the first three arrays is the robot."""
+    """Compute the velocities (n, 2) of n people; further rows of the first arrays: the robot."""
     n = desired.shape[0]
     out = np.empty((n, 2))
     for i in range(n):
         # Walls are hard constraints, other people soft ones.
         extent = body[i] + max_speed[i] * wall_horizon + 2.0 * walls.half
         fixed = wall_planes(walls, position[i], body[i], extent, wall_horizon)
-        others = _neighbours(position, i, sees_robot[i], neighbor_dist, max_neighbors)
+        others = _neighbours(position, n, i, sees_robot[i], neighbor_dist, max_neighbors)
         hard = fixed.shape[0]
         planes = np.empty((hard + others.shape[0], 4))
         for k in range(hard):
             copy_row(planes[k], fixed[k])
         for k in range(others.shape[0]):
             j = others[k]
-            share = robot_share if j == n else 0.5
+            share = robot_share if j >= n else 0.5
             px, py, dx, dy = _orca_plane(position, velocity, radius, i, j, horizon, dt, share)
             planes[hard + k, 0], planes[hard + k, 1] = px, py
             planes[hard + k, 2], planes[hard + k, 3] = dx, dy
@@ -192,16 +192,15 @@ def orca_velocities(
 
 @callee()
 def _neighbours(
-    position: Floats, i: int, sees_robot: bool, distance: float, limit: int
+    position: Floats, n: int, i: int, sees_robot: bool, distance: float, limit: int
 ) -> Integers:
-    """Find the ``limit`` nearest others within a distance; the last row is the robot."""
-    m = position.shape[0]
+    """Find the ``limit`` nearest others within a distance; rows from ``n`` on are the robot."""
     found = np.empty(limit, dtype=np.int64)
     near = np.empty(limit)
     count = 0
     farthest = distance * distance
-    for j in range(m):
-        if j == i or (j == m - 1 and not sees_robot) or limit == 0:
+    for j in range(position.shape[0]):
+        if j == i or (j >= n and not sees_robot) or limit == 0:
             continue
         dx, dy = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
         d2 = dx * dx + dy * dy
