@@ -68,7 +68,7 @@ BUDGET = {
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (5475, 37),
-    "perception": (8825, 48),
+    "perception": (8550, 48),
     "planning": (7675, 48),
     "platforms": (3125, 22),
     "plotting": (2400, 14),

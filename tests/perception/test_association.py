@@ -19,7 +19,7 @@ def tracks(*places):
     return np.array([(x, y, 0.0, 0.0) for x, y in places])
 
 
-def matched(means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach=5.0, extra=0.0):
+def matched(means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach=5.0):
     """With P = 0.09 I of each place and σ = 0.4 m of each sighting, so that S = 0.25 I."""
     m, d = len(means), len(positions)
     return associate(
@@ -28,8 +28,7 @@ def matched(means, positions, *, confirmed=None, gate=9.0, max_cost=100.0, reach
         np.ones(m, dtype=bool) if confirmed is None else np.array(confirmed),
         np.array(positions, dtype=float).reshape(d, 2),
         np.full(d, 0.4),
-        Gates(gate, max_cost, np.full(m, reach)),
-        np.broadcast_to(np.asarray(extra, dtype=float), (m, d)).copy(),
+        Gates(gate, max_cost, reach),
     )
 
 
@@ -68,19 +67,6 @@ def test_a_tentative_track_yields_to_a_confirmed_one_that_is_a_little_farther():
     means = tracks((-0.5, 0.0), (0.8, 0.0))
     match, _ = matched(means, [(0.0, 0.0)], confirmed=[False, True])
     assert match.tolist() == [NO_MATCH, 0]
-
-
-def test_a_walker_takes_its_own_detection_before_an_object_that_was_always_there():
-    # 0.1² / 0.25 + 6 for the object against 0.5² / 0.25 = 1 for its own
-    found = [(0.1, 0.0), (0.5, 0.0)]
-    assert matched(tracks((0.0, 0.0)), found)[0].tolist() == [0]
-    assert matched(tracks((0.0, 0.0)), found, extra=[[6.0, 0.0]])[0].tolist() == [1]
-
-
-def test_the_second_matching_makes_nobody_an_object():
-    far = {"gate": 1.0, "reach": 3.0}
-    assert matched(tracks((0.0, 0.0)), [(1.0, 0.0)], **far)[0].tolist() == [0]
-    assert matched(tracks((0.0, 0.0)), [(1.0, 0.0)], **far, extra=6.0)[0].tolist() == [NO_MATCH]
 
 
 def test_an_object_shares_no_cluster_with_a_person():

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from cohelm.evaluation.perception.recording_view import NO_MAP
 from cohelm.perception import ScanClusters
 from cohelm.testing import check_detector
 
@@ -67,17 +68,13 @@ def test_two_who_touch_are_two(away):
     assert off.min(axis=0).max() < 0.08
 
 
-def test_a_torso_whose_cluster_has_more_is_of_something_wider_unless_that_is_a_person():
-    """An armchair's round back beside its arm; alone, or beside another person, it may be one."""
-    torso, arm = [3.0, 0.0, 0.27], box(3.1, 0.47, 0.34)
-    alone, between = see(Laser(beams=720), torso), see(Laser(beams=720, segments=arm), torso)
-    couple = see(Laser(beams=720), [torso, [3.0, 0.57, 0.27]])
-    assert alone.of_wider.tolist() == [False]
-    assert couple.of_wider.tolist() == [False, False]
-    k = np.hypot(*(between.position - torso[:2]).T).argmin()
-    assert np.hypot(*(between.position[k] - torso[:2])) < 0.1
-    assert between.confidence[k] > 0.9
-    assert between.of_wider[k]
+def test_without_a_map_one_scan_of_a_round_body_is_weak_evidence():
+    """A bin is as round; of what a map leaves unexplained, most are people."""
+    scan, told = Laser(beams=720).scan(0.0, STILL, [3.0, 0.0, 0.27])
+    mapped = ScanClusters().detect(scan, told, Laser().walls).confidence.max()
+    alone = ScanClusters().detect(scan, told, NO_MAP).confidence.max()
+    assert mapped > 0.9
+    assert alone < 0.63
 
 
 def test_a_person_across_the_scans_seam_is_one():

@@ -70,10 +70,6 @@ class Detections:
     arrival_log_odds: Annotated[Floats, Shape("d")] | None = None
     """ln(p / (1 − p)) that each has arrived at its position, instead of always having been there,
     from change detection; 0: unknown. None without change detection."""
-    on_legs: Annotated[Booleans, Shape("d")] | None = None
-    """True where a planar scan shows legs instead of one body. None: not known."""
-    of_wider: Annotated[Booleans, Shape("d")] | None = None
-    """True for a part of a cluster whose other returns are no person. None: not known."""
     same_view: bool = True
     """False for a scanner that has just moved, without a map to explain what comes into view."""
     heights: ColumnHeights | None = None

@@ -30,7 +30,6 @@ class PairEvidenceParameters(NamedTuple):
     following_factor: float
     companion_deviation: float
     stranger_deviation: float
-    half_weight_deviation: float
     standing_distance: float
     facing: float
     o_space_offset: float
@@ -41,7 +40,6 @@ class PairEvidenceParameters(NamedTuple):
     drift_time: float
     fading: float
     rate: float
-    max_evidence: float
     max_log_odds: float
 
 
@@ -59,7 +57,6 @@ class PairEvidence(NamedTuple):
 @callee()
 def update_pair_evidence(
     state: Floats,
-    variance: Floats,
     heading: Floats,
     since: float,
     before: PairEvidence,
@@ -68,12 +65,10 @@ def update_pair_evidence(
     """Evidence of all pairs after one more observation.
 
     L ← clip(L e^(−Δt / fading) + Δt · rate · e), e from :func:`walking_evidence` or
-    :func:`standing_evidence`; Δt = ``first_look`` for a new pair. In the running mean of the
-    relative velocity an observation weighs h² / (h² + variance), h = ``half_weight_deviation``.
+    :func:`standing_evidence`; Δt = ``first_look`` for a new pair.
 
     Args:
         state: (n, 4), x, y, v_x, v_y; m and m/s.
-        variance: (n,) of the velocity along one axis, m²/s².
         heading: (n,) rad; NaN where unknown.
         since: time since the last observation, s.
         before: earlier evidence.
@@ -88,8 +83,7 @@ def update_pair_evidence(
             known = before.weight[i, j] > 0.0
             span, keep = (since, fade) if known else (w.first_look, first)
             # Running mean of the difference of velocities.
-            var = variance[i] + variance[j]
-            gain = (1.0 - keep) * w.half_weight_deviation**2 / (w.half_weight_deviation**2 + var)
+            gain = 1.0 - keep
             W[i, j] = W[i, j] * keep + gain
             if gain > 0.0:
                 for axis in range(2):
@@ -103,7 +97,6 @@ def update_pair_evidence(
             else:
                 relative_speed_sq = D[i, j, 0] ** 2 + D[i, j, 1] ** 2
                 e = walking_evidence(state[i], state[j], relative_speed_sq, max(one, other), w)
-            e = min(max(e, -w.max_evidence), w.max_evidence)
             kept = L[i, j] * forget if known else 0.0
             L[i, j] = min(max(kept + span * w.rate * e, -w.max_log_odds), w.max_log_odds)
             # The matrices are symmetric, the relative velocity antisymmetric.
@@ -159,13 +152,12 @@ def standing_evidence(
 
     with o the distance of the centres and β the bearing of the other; −cos β > ¼ is behind the
     shoulders. With an unknown heading,
-    e = prior + nearness (1 − d² / standing_distance²), at most half of ``max_evidence``.
+    e = prior + nearness (1 − d² / standing_distance²).
     """
     dx, dy = other[0] - one[0], other[1] - one[1]
     d = math.hypot(dx, dy)
     if math.isnan(facing) or math.isnan(other_facing):
-        e = w.standing_prior + w.nearness * (1.0 - (d / w.standing_distance) ** 2)
-        return min(e, 0.5 * w.max_evidence)
+        return w.standing_prior + w.nearness * (1.0 - (d / w.standing_distance) ** 2)
     cx, cy = math.cos(facing), math.sin(facing)
     ox, oy = math.cos(other_facing), math.sin(other_facing)
     apart = math.hypot(dx + w.o_space_offset * (ox - cx), dy + w.o_space_offset * (oy - cy))
@@ -334,9 +326,6 @@ class Affinity:
         """Deviation of companions' velocities from each other along one axis, m/s."""
         stranger_deviation: float = Field(0.7, ge=0.0, le=5.0)
         """Deviation of strangers' velocities from each other, in shares of the faster's speed."""
-        half_weight_deviation: float = Field(0.3, gt=0.0, le=5.0)
-        """Deviation of the measured difference of velocities along one axis at which an observation
-        has half weight, m/s."""
         standing_distance: float = Field(1.6, gt=0.0, le=10.0)
         """Distance of two standing people at which nearness is neutral, m; with the prior, people
         up to 1.3 m apart form a group, a little more than Hall's personal distance of 1.2 m."""
@@ -360,8 +349,6 @@ class Affinity:
         """Time constant with which evidence fades, s."""
         rate: float = Field(2.5, gt=0.0, le=100.0)
         """Independent observations per second."""
-        max_evidence: float = Field(4.5, gt=0.0, le=100.0)
-        """Bound of the evidence of one observation, either way."""
         max_log_odds: float = Field(3.0, gt=0.0, le=100.0)
         """Bound of the log-odds, either way: limits the evidence that a change has to outweigh."""
         join_log_odds: float = Field(1.0, ge=-10.0, le=10.0)
@@ -388,7 +375,7 @@ class Affinity:
         time = max(people.time, before.time)
         updated = sealed(
             _regroup(
-                _People(people.id, people.mean, people.covariance, people.heading),
+                _People(people.id, people.mean, people.heading),
                 _Past(*(getattr(before, name) for name in _Past._fields)),
                 (float(time), min(max(float(since), 0.0), p.longest_look)),
                 before.next_id,
@@ -406,7 +393,6 @@ class _People(NamedTuple):
 
     id: Integers
     mean: Floats
-    covariance: Floats
     heading: Floats
 
 
@@ -457,17 +443,15 @@ def _regroup(
     (bonus, join_log_odds, linkage), n = joining, len(people.id)
     who, row = _matched_rows(people.id, past.id)
     # People and evidence by growing id, without those out of view.
-    mean, variance, heading = np.empty((n, 4)), np.empty(n), np.empty(n)
+    mean, heading = np.empty((n, 4)), np.empty(n)
     before = PairEvidence(np.empty((n, n)), np.empty((n, n, 2)), np.empty((n, n)))
     for i in range(n):
         mean[i], heading[i] = people.mean[who[i]], people.heading[who[i]]
-        P = people.covariance[who[i]]
-        variance[i] = 0.5 * (P[2, 2] + P[3, 3])
         for j in range(n):
             before.log_odds[i, j] = past.log_odds[row[i], row[j]]
             before.relative_velocity[i, j] = past.relative_velocity[row[i], row[j]]
             before.weight[i, j] = past.weight[row[i], row[j]]
-    evidence = update_pair_evidence(mean, variance, heading, times[1], before, w)
+    evidence = update_pair_evidence(mean, heading, times[1], before, w)
     # Clusters, with a bonus for members of one group.
     old, links = past.group[row], np.empty((n, n))
     for i in range(n):

@@ -29,8 +29,6 @@ from cohelm.perception.scan_detection.person_classifier import (
     shipped_classifier,
 )
 
-TORSO_MARGIN = 1.5
-"""Log-odds that a torso has at most beyond the classifier's."""
 MAX_LONE_LEG_LOG_ODDS = -0.1
 """Bound of the log-odds of one leg alone."""
 
@@ -138,7 +136,6 @@ class ScanClusters:
             return replace(Detections.empty(scan.time, returns.origin), free_ends=free)
         distance = np.hypot(*(bodies.disc_centre - returns.origin).T)
         noise = p.position_noise + p.position_noise_growth * distance
-        log_odds = self._log_odds(seen)
         return Detections(
             time=scan.time,
             origin=returns.origin,
@@ -149,9 +146,7 @@ class ScanClusters:
             position=bodies.disc_centre if p.centre == "corrected" else bodies.mean,
             radius=bodies.radius,
             deviation=np.hypot(bodies.deviation, noise),
-            confidence=1.0 / (1.0 + np.exp(-log_odds)),
-            on_legs=_on_legs(bodies),
-            of_wider=~_on_legs(bodies) & _of_wider(cluster, seen.body_of_return, log_odds),
+            confidence=1.0 / (1.0 + np.exp(-self._log_odds(seen))),
             cluster_of_return=cluster,
             ellipse=bounding_ellipses(
                 returns.points, cluster, cluster.max(initial=-1) + 1, p.range_noise
@@ -162,14 +157,16 @@ class ScanClusters:
         """Log-odds (d,) of a person from the fits of shapes and from the classifier.
 
         Of legs the classifier decides, up to a bound beyond which both must agree: furniture has
-        clear legs, too, and a lone leg is no person by its shape. Of a torso the fit of its disc
-        decides, unless the classifier doubts it.
+        clear legs, too, and a lone leg is no person by its shape. A torso needs both.
+        Without a map that shows bins and pillars, which are as round, it is bounded as well.
         """
         bodies, learned = seen.bodies, person_log_odds(seen.features, self._classifier)
         on_legs = _on_legs(bodies)
         alone = on_legs & (bodies.deviation >= self.parameters.leg_deviation)
         bound = np.where(alone, MAX_LONE_LEG_LOG_ODDS, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
-        torso = np.minimum(bodies.log_odds, learned + TORSO_MARGIN)
+        torso = np.minimum(bodies.log_odds, learned)
+        if not seen.mapped.any():
+            torso = np.minimum(torso, MAX_LOG_ODDS)
         return np.where(on_legs, np.minimum(learned, bound), torso)
 
     def candidates(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> ScanCandidates:
@@ -193,36 +190,6 @@ class ScanClusters:
 def _on_legs(bodies: BodyCandidates) -> Booleans:
     """Mask (d,) of candidates whose centre is the mean of their returns, as that of legs is."""
     out: Booleans = (bodies.disc_centre == bodies.mean).all(axis=1)
-    return out
-
-
-@njit(**CACHED)
-def _of_wider(cluster: Integers, body: Integers, log_odds: Floats) -> Booleans:
-    """Mask (d,) of candidates whose cluster has more returns, but of no other clear person.
-
-    Args:
-        cluster, body: of each return (p,), −1: none.
-        log_odds: (d,) of a person.
-    """
-    d, clusters = len(log_odds), cluster.max() + 1 if len(cluster) else 0
-    returns, of_people, own = np.zeros(clusters), np.zeros(clusters), np.zeros(d)
-    cluster_of = np.full(d, -1, dtype=np.int64)
-    for i in range(len(cluster)):
-        c, k = cluster[i], body[i]
-        if c < 0:
-            continue
-        returns[c] += 1.0
-        if k >= 0:
-            own[k] += 1.0
-            cluster_of[k] = c
-            # Two people who touch share a cluster, and each is clear.
-            of_people[c] += log_odds[k] > MAX_LOG_ODDS
-    out = np.zeros(d, dtype=np.bool_)
-    for k in range(d):
-        c = cluster_of[k]
-        if c >= 0:
-            others = of_people[c] - own[k] if log_odds[k] > MAX_LOG_ODDS else of_people[c]
-            out[k] = own[k] < returns[c] and others == 0.0
     return out
 
 

@@ -137,8 +137,8 @@ class Gates(NamedTuple):
     """Largest eᵀ S⁻¹ e of the first matching."""
     max_cost: float
     """Largest cost of the first matching: above it, the detection is rather a new person."""
-    max_distance: Floats
-    """(m,) largest |e|, m; half of it in the second matching."""
+    max_distance: float
+    """Largest |e|, m; half of it in the second matching."""
 
 
 class Measurements(NamedTuple):
@@ -160,7 +160,6 @@ def associate(
     position: Floats,
     deviation: Floats,
     gates: Gates,
-    extra: Floats,
 ) -> tuple[Integers, Floats]:
     """Match tracks and detections one to one at the least total cost.
 
@@ -174,7 +173,6 @@ def associate(
         position: (d, 2) m.
         deviation: (d,) m.
         gates: limits of a match.
-        extra: (m, d) additional cost of each pair; the second matching makes no pair with any.
 
     Returns:
         (m,) index of each track's detection, ``NO_MATCH`` for none, and (m,) its eᵀ S⁻¹ e.
@@ -186,11 +184,11 @@ def associate(
         for j in range(d):
             e0, e1 = position[j, 0] - mean[t, 0], position[j, 1] - mean[t, 1]
             distance[t, j] = math.sqrt(e0 * e0 + e1 * e1)
-            likely = mahalanobis_sq[t, j] + log_det[t, j] + extra[t, j]
+            likely = mahalanobis_sq[t, j] + log_det[t, j]
             if (
                 mahalanobis_sq[t, j] <= gates.max_mahalanobis_sq
                 and likely <= gates.max_cost
-                and distance[t, j] <= gates.max_distance[t]
+                and distance[t, j] <= gates.max_distance
             ):
                 cost[t, j] = likely + (0.0 if confirmed[t] else _TENTATIVE_COST)
     match = assign(cost)
@@ -203,8 +201,7 @@ def associate(
         for j in range(d):
             cost[t, j] = FORBIDDEN
             free = confirmed[t] and match[t] < 0 and not taken[j]
-            free = free and extra[t, j] <= 0.0
-            if free and distance[t, j] <= 0.5 * gates.max_distance[t]:
+            if free and distance[t, j] <= 0.5 * gates.max_distance:
                 cost[t, j] = mahalanobis_sq[t, j] + log_det[t, j]
                 unmatched = True
     second = assign(cost) if unmatched else match

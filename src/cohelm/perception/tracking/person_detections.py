@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cohelm.arrays import Booleans, Floats, Integers, read_only
+from cohelm.arrays import Floats, Integers, read_only
 from cohelm.kernels import callee
 from cohelm.perception.api import Detections
 
@@ -31,14 +31,8 @@ class ScanTable(NamedTuple):
     confidence: Floats
     arrival_log_odds: Floats
     """(d,), or empty without change detection."""
-    on_legs: Booleans
-    """(d,) True where legs are seen, or nothing is known about that."""
-    of_wider: Booleans
-    """(d,) True for a part of something wider, False where nothing is known about that."""
     has_changes: bool
     same_view: bool
-    is_planar: bool
-    """False for clouds, whose detections are whole bodies."""
 
 
 _UNKNOWN: Floats = read_only(np.empty(0))
@@ -46,7 +40,7 @@ _UNKNOWN: Floats = read_only(np.empty(0))
 
 def scan_table(found: Detections) -> ScanTable:
     """Columns of ``found``."""
-    arrival, d = found.arrival_log_odds, len(found.radius)
+    arrival = found.arrival_log_odds
     return ScanTable(
         float(found.time),
         found.origin,
@@ -58,11 +52,8 @@ def scan_table(found: Detections) -> ScanTable:
         found.deviation,
         found.confidence,
         _UNKNOWN if arrival is None else arrival,
-        np.ones(d, dtype=np.bool_) if found.on_legs is None else found.on_legs,
-        np.zeros(d, dtype=np.bool_) if found.of_wider is None else found.of_wider,
         arrival is not None,
         found.same_view,
-        found.heights is None,
     )
 
 
@@ -84,8 +75,6 @@ class PersonDetections(NamedTuple):
     """(d,) ln(p / (1 − p)) of having arrived at its place; 0 where unknown."""
     shape_weight: Floats
     """(d,) weight as an observation of the shape, 0…1."""
-    on_legs: Booleans
-    """(d,) see ``ScanTable``."""
 
 
 @callee()
@@ -112,7 +101,6 @@ def person_detections(scan: ScanTable) -> PersonDetections:
         np.empty(d),
         np.zeros(d),
         np.ones(d),
-        np.ones(d, dtype=np.bool_),
     )
     for k in range(d):
         j = order[k]
@@ -120,15 +108,11 @@ def person_detections(scan: ScanTable) -> PersonDetections:
         out.position[k] = scan.position[j]
         out.radius[k], out.deviation[k] = scan.radius[j], scan.deviation[j]
         out.log_odds[k] = math.log(p / (1.0 - p))
-        out.on_legs[k] = scan.on_legs[j]
         # With change detection, few returns show no shape.
         if scan.has_changes:
             out.arrival_log_odds[k] = scan.arrival_log_odds[j]
             weight = (returns[j] - _NO_SHAPE) / (_FULL_SHAPE - _NO_SHAPE)
             out.shape_weight[k] = min(max(weight, _MIN_SHAPE_WEIGHT), 1.0)
-        # Nor does a part of something wider.
-        if scan.of_wider[j]:
-            out.shape_weight[k] = 0.0
     return out
 
 
