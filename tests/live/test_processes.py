@@ -41,7 +41,7 @@ def served(request, monkeypatch):
         return module.serve_previews, lambda work: monkeypatch.setattr(
             module, "trip_answers", lambda *_: iter([work()])
         )
-    server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None)
+    server = SimpleNamespace(answer=lambda _: "answer", record=lambda *_: None, close=lambda: None)
     monkeypatch.setattr(module, "NavigatorServer", lambda *_: server)
     monkeypatch.setattr(module, "gc", SimpleNamespace(collect=len, freeze=list, disable=list))
     module.gc.collect = lambda *_: 0
