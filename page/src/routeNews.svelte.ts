@@ -42,7 +42,7 @@ export function newsOf(
 }
 
 /** Causes that are the chair's own; a destination or a wish is the rider's. */
-const OWN = new Set(["blocked", "better", "stalled", "backed_up", "turn", "steering", "off_path"]);
+const OWN = new Set(["blocked", "stalled", "backed_up", "turn", "steering", "off_path"]);
 
 class RouteNews {
   words = $state("");

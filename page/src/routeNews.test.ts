@@ -19,8 +19,8 @@ function news(more: Partial<Change["now"]> = {}, state: Partial<typeof STATE> = 
 describe("the news of a changed route", () => {
   it("say why, where it leads and by how much it is longer", () => {
     expect(news()).toBe("New route: the way was blocked. Now through North corridor, +12 m.");
-    expect(news({ cause: "better", length: 20.4 })).toBe(
-      "New route: it has become better than the old one. Now through North corridor, as long as before.",
+    expect(news({ cause: "stalled", length: 20.4 })).toBe(
+      "New route: there was no progress. Now through North corridor, as long as before.",
     );
   });
 

@@ -113,7 +113,7 @@ def curvature(points):
 def check(task, path):
     """Finite, from start to goal, free of obstacles for the whole chair, no sharper than it can."""
     assert np.isfinite(path.points).all()
-    assert np.isfinite([path.length, path.cost, path.score]).all()
+    assert np.isfinite([path.length, path.cost]).all()
     assert np.isfinite(path.wishes.closest).all()
     assert np.array_equal(path.points[[0, -1]], [task.start, task.goal])
     if path.length == 0.0:

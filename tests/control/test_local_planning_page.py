@@ -15,8 +15,6 @@ PARAMETERS = SsMpcDcbf.Parameters()
 PARTS = {name: getattr(PARAMETERS.terms, name) for name in type(PARAMETERS.terms).model_fields} | {
     name: getattr(PARAMETERS, name) for name in ("clearance", "choice", "sampling", "verification")
 }
-PARTS["verification.drive"] = PARAMETERS.verification.drive
-
 
 TEXT = PAGE.read_text(encoding="utf-8")
 

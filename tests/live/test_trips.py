@@ -25,12 +25,11 @@ THREE_WAYS = problem(room(20.0, 12.0, 0.1, boxes=SIDE_BY_SIDE), (1.5, 5.8), (18.
 def asked(goal=(18.5, 5.8), wishes=(), planner=None, weights=None):
     context = PlanningContext(
         pose=np.array([1.5, 5.8, 0.0]), clearance=THREE_WAYS.clearance, speed=0.7, live=None,
-        crowding=None,
     )  # fmt: skip
     request = TripRequest(
         id=7, client="a", goal=goal, wishes=wishes, planning_context=pickle.dumps(context)
     )
-    navigator = SimpleNamespace(global_planner=planner or SoftVia(), filters=())
+    navigator = SimpleNamespace(global_planner=planner or SoftVia(), filters=(), heat=None)
     setup = SimpleNamespace(grid=THREE_WAYS.grid, robot=THREE_WAYS.robot, navigator=navigator)
     *before, answer = trip_answers(request, setup, weights)
     assert [each.complete for each in before] == (

@@ -3,7 +3,7 @@
 import numpy as np
 
 from cohelm.messages import Groups
-from cohelm.navigation.group_outlines import count_crossed_groups, group_outlines
+from cohelm.navigation.group_outlines import group_outlines
 from cohelm.testing.scenes import walkers
 
 STANDING = 0.3
@@ -45,13 +45,3 @@ def test_who_walks_or_is_alone_is_no_part_of_it():
     assert group_outlines(walking, Groups(id=[3], member=[0, 0]), STANDING) == ()
     assert group_outlines(people, Groups.alone(3), STANDING) == ()
     assert group_outlines(walkers([]), Groups.alone(0), STANDING) == ()
-
-
-def test_a_way_that_leads_between_members_cuts_their_group():
-    line = np.stack([np.linspace(0.0, 4.0, 41), np.zeros(41)], axis=-1)
-    pair = np.array([[2.0, -0.6], [2.0, 0.6]])
-    three = np.array([[1.0, -1.0], [3.0, -1.0], [2.0, 0.5]])
-    assert count_crossed_groups(line, (pair, three)) == 2
-    # beside both, and with no group at all
-    assert count_crossed_groups(line + np.array([0.0, 1.0]), (pair, three)) == 0
-    assert count_crossed_groups(line, ()) == 0

@@ -35,9 +35,6 @@ WRONG = {
     "no clearance": {"clearance": NAN},
     "a negative clearance": {"clearance": -0.1},
     "wished from nowhere": {"wish_origin": np.array([NAN, 4.0])},
-    "nothing kept": {"previous_path": np.empty((0, 2))},
-    "kept nowhere": {"previous_path": np.array([[1.0, 1.0], [np.inf, 2.0]])},
-    "kept beyond the earth": {"previous_path": np.array([[1.0, 1.0], [1e300, 2.0]])},
     "a group nowhere": {"groups": (np.array([[1.0, NAN], [2.0, 2.0]]),)},
     "crowding without cells": {"crowding": crowd(resolution=0.0)},
     "crowding without numbers": {"crowding": crowd(people=NAN)},
@@ -70,4 +67,4 @@ def test_a_wish_is_somewhere_on_earth(method, kind, x):
 def test_a_wish_may_lie_far_off_the_map(method, kind):
     wish = Wish(kind=kind, points=np.array([[1e6, 1.0], [1e7, 2.0]]))
     path = plugins.build("global_planners", method).plan(replace(TASK, wishes=(wish,)))
-    assert np.isfinite(path.score)
+    assert np.isfinite(path.cost)

@@ -7,7 +7,7 @@ import numpy as np
 from numba.core.dispatcher import Dispatcher
 
 from cohelm.live.page import preview_process as previews
-from cohelm.messages import Crowding, LiveObstacles, Wish
+from cohelm.messages import LiveObstacles, Wish
 from cohelm.scenarios import load_scenario
 from cohelm.scenarios.build import build_scenario
 
@@ -20,7 +20,6 @@ def about(ride_setup, **changes):
         "clearance": ride_setup.request.profile.clearance,
         "speed": ride_setup.request.profile.preferred_speed,
         "live": None,
-        "crowding": None,
     }
     return pickle.dumps(previews.PlanningContext(**{**found, **changes}))
 
@@ -36,14 +35,12 @@ def compiled():
     }
 
 
-def things_and_people(ride_setup):
+def things(ride_setup):
     corner = ride_setup.grid.cells(ride_setup.route.points[0]) - 50
     occupied = (np.random.default_rng(3).random((90, 110)) < 0.002).astype(np.uint8)
     occupied[20:80, 20:80] = 0  # not on the chair
-    density = np.random.default_rng(4).random((9, 7), dtype=np.float32)
     return {
         "live": LiveObstacles(corner=corner, occupied=occupied, version=7),
-        "crowding": Crowding(density=density, resolution=0.5, X_MG=np.zeros(3), version=9),
     }
 
 
@@ -61,7 +58,7 @@ def priced():
     )
     goal = tuple(ride_setup.request.goal.tolist())
     prices = []
-    for planning_context in (about(ride_setup), about(ride_setup, **things_and_people(ride_setup))):
+    for planning_context in (about(ride_setup), about(ride_setup, **things(ride_setup))):
         for wish in wishes:
             asked = previews.TripRequest(
                 id=1, client="a", goal=goal, wishes=(wish,), planning_context=planning_context

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -44,7 +43,7 @@ def suggest_option(prepared: PreparedProblem, path: Path, other: OtherPlanner) -
     missed = _missed(prepared, path)
     if not missed.any() or _size(prepared) > MAX_CELLS:
         return []
-    problem = dataclasses.replace(prepared.problem, previous_path=None)
+    problem = prepared.problem
 
     def planned(option: str) -> Path | None:
         with contextlib.suppress(PlanningError):

@@ -18,7 +18,6 @@ from pydantic import Field
 from cohelm.arrays import Booleans, Floats, unchecked
 from cohelm.config import Model
 from cohelm.control.api import LocalProblem, Trajectory
-from cohelm.control.drive_error import DriveError
 from cohelm.control.unaware import near_ahead
 from cohelm.geometry import wrap_angle
 from cohelm.kernels import CACHED
@@ -159,8 +158,6 @@ class Verification(Model):
     """Gap to a person who turns back that counts as contact, m."""
     horizon: float = Field(2.0, gt=0.0)
     """Time for which a trajectory must be free of contact, s; braking is checked in any case."""
-    drive: DriveError = DriveError()
-    """Error of the drive that a trajectory must bear; none by default."""
     unaware_after: float = Field(0.1, ge=0.0)
     """Time on a course into the robot after which a person does not see it, s. The robot stands
     before such people reach it, also from behind. A small value brakes for people who are about to
@@ -260,10 +257,7 @@ class Verifier:
     def contact(self, trajectory: Trajectory) -> float:
         """Time at which a trajectory touches a wall or what is expected of people, s; or ∞."""
         arguments = self._scene(self.problem.predictions, self.margins)
-        return min(
-            first_contact(self.problem.robot, poses, trajectory.step, **arguments)
-            for poses in self._displaced(self._driven(trajectory))
-        )
+        return first_contact(self.problem.robot, trajectory.poses, trajectory.step, **arguments)
 
     def _deviates(self, trajectory: Trajectory) -> bool:
         """Check for a turn farther from the reference than allowed."""
@@ -302,8 +296,7 @@ class Verifier:
         reached = self._reached(trajectory.inputs[0], deceleration)
         if not reached.any():
             return True
-        driven = self._driven(trajectory)
-        times = self._contacts(driven, self._sooner, self._reach, step=trajectory.step)
+        times = self._contacts(trajectory.poses, self._sooner, self._reach, step=trajectory.step)
         met = times[1:] < self.rules.horizon_of(self.problem)
         at_once = self._reached(np.zeros_like(self.current_input), deceleration)
         return not (reached & (met | ~at_once)).any()
@@ -331,7 +324,7 @@ class Verifier:
         """Times (1 + n,) of the contacts of a stop, which the drive executes later, s."""
         given = self.problem.predictions
         later = unchecked(given, mean=given.mean + (REACTION + _TICK) * given.velocity)
-        return self._contacts(self._driven(stop), later, self._reach, step=stop.step)
+        return self._contacts(stop.poses, later, self._reach, step=stop.step)
 
     def _reached(self, command: Floats, deceleration: float) -> Booleans:
         """Mask (n,) of unaware people who reach the robot while it brakes after ``command``."""
@@ -402,7 +395,7 @@ class Verifier:
             problem.pose,
             self.current_input,
             command,
-            hold=REACTION + self.rules.drive.delay,
+            hold=REACTION,
             deceleration=deceleration,
             step=_FINE,
         )
@@ -416,23 +409,11 @@ class Verifier:
     ) -> Floats:
         """Times (1 + n,) of the contacts of poses (k, 3), s; +inf: none."""
         arguments = self._scene(predictions, margins)
-        times = [
-            contact_times(self.problem.robot, each, step, **arguments)
-            for each in self._displaced(poses)
-        ]
-        return times[0] if len(times) == 1 else np.min(times, axis=0)
+        return contact_times(self.problem.robot, poses, step, **arguments)
 
     def _scene(self, predictions: Predictions, margins: ContactMargins) -> dict[str, Any]:
         known = {"people": self.problem.people, "walls": self.problem.walls}
         return {**known, "predictions": predictions, "margins": margins, "paces": self.paces}
-
-    def _driven(self, trajectory: Trajectory) -> Floats:
-        """Poses (N+1, 3) of a trajectory as a late drive executes it."""
-        return self.rules.drive.driven(trajectory, self.problem.robot)
-
-    def _displaced(self, poses: Floats) -> tuple[Floats, ...]:
-        """Poses (k, 3) of a motion, as they are and as the casters may displace them."""
-        return self.rules.drive.displaced(poses, self.current_input[0], self.problem.robot)
 
     @cached_property
     def _ahead(self) -> Booleans:

@@ -29,16 +29,14 @@ class Sensing(StrEnum):
 
 @value
 class Crowding:
-    """Recent density of people on a coarse grid over the floor."""
+    """Usual density of people on a coarse grid over the floor."""
 
     density: Annotated[Floats32, Shape("rows cols")]
-    """People per m², faded by the time since they were detected."""
+    """People per m²."""
     resolution: float
     """Side of a cell, m."""
     X_MG: Annotated[Floats, Shape("3")]
     """Pose of the grid's lower left corner in the map frame."""
-    version: int = 0
-    """Increases whenever the density changes by more than a little fading."""
 
 
 @value

@@ -40,11 +40,6 @@ class Path:
     wishes: WishReport
     without_wishes: Annotated[Floats, Shape("j 2")]
     """Path planned without the wishes, m; equal to ``points`` if there are none."""
-    score: float = 0.0
-    """Objective of the method, m: weighted length and cost of the wishes; comparable with
-    ``previous_score`` only."""
-    previous_score: float | None = None
-    """Score of ``RouteProblem.previous_path``; ∞ if it is blocked now."""
     pivots: Annotated[Integers, Shape("p")] = field(
         default_factory=lambda: np.empty(0, dtype=np.int64)
     )

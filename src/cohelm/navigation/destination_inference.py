@@ -21,7 +21,6 @@ from cohelm.messages import (
 from cohelm.planning import CostToGo, cost_to_go
 from cohelm.sharing import (
     EMPTY,
-    BeliefHelpParameters,
     InferenceParameters,
     InferenceState,
     OfferParameters,
@@ -48,8 +47,6 @@ class DestinationParameters(Model):
     """Infer destinations on maps with named places; False: offer none."""
     inference: InferenceParameters = Field(default_factory=InferenceParameters)
     offers: OfferParameters = Field(default_factory=OfferParameters)
-    help: BeliefHelpParameters = Field(default_factory=BeliefHelpParameters)
-    """Help towards the belief; off by default."""
 
 
 @value

@@ -9,13 +9,14 @@ it turns on the spot, and not backwards. Without a sensor that sees the floor no
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
 from cohelm.arrays import Floats, replace
-from cohelm.messages import Decision, Mode
+from cohelm.messages import Decision, LiveObstacles, Mode
 from cohelm.navigation.tick import StepInput
-from cohelm.perception import pose_at
+from cohelm.perception import FloorEdges, pose_at
 from cohelm.perception.ground.ground_map import GroundMap, known_floor, update_ground
 from cohelm.perception.pipeline import MAX_DELAY
 from cohelm.reasons import Reason
@@ -43,6 +44,25 @@ def update_floor(step: StepInput) -> GroundMap | None:
     return update_ground(
         step.memory.floor, tuple(timely), poses, setup.grid, setup.robot, setup.ground
     )
+
+
+@lru_cache(maxsize=2)
+def with_all_edges(live: LiveObstacles, edges: FloorEdges) -> LiveObstacles:
+    """Add the edges outside the window of the live obstacles; ``live`` itself if there is none.
+
+    Cached, so that the result is the same object while nothing changes.
+    """
+    if not len(edges.cells):
+        return live
+    end = live.corner + live.occupied.shape
+    low = np.minimum(live.corner, edges.cells.min(axis=0))
+    high = np.maximum(end, edges.cells.max(axis=0) + 1)
+    occupied = np.zeros(high - low, dtype=np.uint8)
+    (r0, c0), (r1, c1) = live.corner - low, end - low
+    occupied[r0:r1, c0:c1] = live.occupied
+    rows, cols = (edges.cells - low).T
+    occupied[rows, cols] = 1
+    return replace(live, corner=low, occupied=occupied)
 
 
 def with_floor_limit(step: StepInput, floor: GroundMap | None) -> StepInput:

@@ -6,11 +6,7 @@ import cv2
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.geometry import distance_to_polygon
 from cohelm.messages import Groups, People
-
-_CROSSING = 0.1
-"""A path this near to an outline crosses the group, m."""
 
 
 def group_outlines(people: People, groups: Groups, standing_speed: float) -> tuple[Floats, ...]:
@@ -28,19 +24,6 @@ def group_outlines(people: People, groups: Groups, standing_speed: float) -> tup
     stands = np.hypot(*people.mean[:, 2:].T) < standing_speed
     members = (people.mean[stands & (groups.member == k), :2] for k in range(len(groups.id)))
     return tuple(_hull(points) for points in members if len(points) > 1)
-
-
-def count_crossed_groups(points: Floats, outlines: tuple[Floats, ...]) -> int:
-    """Count the groups between whose members a path leads.
-
-    Args:
-        points: of the path (k, 2), close together, m.
-        outlines: see :func:`group_outlines`.
-    """
-    return sum(
-        any(distance_to_polygon(outline, x, y) < _CROSSING for x, y in points.tolist())
-        for outline in outlines
-    )
 
 
 def _hull(points: Floats) -> Floats:

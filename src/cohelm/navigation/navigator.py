@@ -65,13 +65,8 @@ from cohelm.navigation.world_model import (
 from cohelm.navigation.yielding import rider_inputs, with_yielding
 from cohelm.navigation.zones import with_keepout_walls, with_zone_limits
 from cohelm.safety import check_input
-from cohelm.sharing import AuthorityState, helped_deflection, stick_twist
+from cohelm.sharing import AuthorityState
 from cohelm.stopwatch import Stopwatch
-
-_ANGLES = np.linspace(-1.0, 1.0, 11)
-"""Angles to the chair's heading in which the way is looked for, rad."""
-_AHEAD = 1.5
-"""Distance at which it is looked for, m."""
 
 
 def inferred_destinations(
@@ -93,43 +88,6 @@ def inferred_destinations(
         step.setup.robot.max_turn_rate,
         step.memory.destinations,
     )
-
-
-def with_belief_help(
-    step: StepInput,
-    inference: DestinationInference | None,
-    belief: DestinationBelief | None,
-    authority: Authority,
-) -> Authority:
-    """The authority with the turn towards the believed place; the rider's own without help.
-
-    Args:
-        step: input of the step.
-        inference: of the map, with the cost-to-go of its places.
-        belief: now; None with a destination.
-        authority: of the rider.
-    """
-    setup, pose = step.setup, step.observation.pose
-    p = setup.destinations.help
-    if not p.use or inference is None or belief is None or not len(belief.places):
-        return authority
-    place = int(np.argmax(belief.places))
-    certainty = float(belief.places[place])
-    if certainty <= p.begin:
-        return authority
-    angle = _way(inference, pose, place)
-    deflection = helped_deflection(authority.deflection, certainty, angle, p)
-    if deflection is authority.deflection:
-        return authority
-    twist = stick_twist(deflection, setup.robot, setup.speed_limit(step.request))
-    return replace(authority, deflection=deflection, twist=twist)
-
-
-def _way(inference: DestinationInference, pose: Floats, place: int) -> float:
-    """Angle from the heading to the direction in which the cost-to-go falls most, rad."""
-    ends = [inference.fields.reached(pose[:2], pose[2] + a, _AHEAD) for a in _ANGLES]
-    cost = [float(inference.fields.at(end)[place]) for end in ends]
-    return float(_ANGLES[int(np.argmin(cost))])
 
 
 def rider_authority(step: StepInput) -> tuple[Authority, AuthorityState]:
@@ -230,7 +188,6 @@ class Navigator:
             world,
             authority,
             course,
-            belief=sharing.destinations,
             recovery=recovery.action,
             last=last,
             arrived=arrived,
@@ -318,7 +275,6 @@ class Navigator:
         authority: Authority,
         course: PathAndReference,
         *,
-        belief: DestinationBelief | None,
         recovery: RecoveryAction,
         last: Tick | None,
         arrived: bool,
@@ -326,9 +282,8 @@ class Navigator:
         """Compute the command: that of a rider who is helped with steering, or of the planner."""
         mode, steering = step.request.mode, None
         if mode is Mode.ASSISTED:
-            helped = with_belief_help(step, self.destinations, belief, authority)
-            intent, steering = intent_of(step, world, helped)
-            motion = helped_motion(step, world, helped, course, intent, last)
+            intent, steering = intent_of(step, world, authority)
+            motion = helped_motion(step, world, authority, course, intent, last)
             return motion._replace(steering=steering)
         if mode is Mode.SHARED:
             intent, steering = intent_of(step, world, authority)

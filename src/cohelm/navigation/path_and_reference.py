@@ -11,8 +11,8 @@ from cohelm.errors import GoalBlocked, PlanningError
 from cohelm.geometry import wrap_angle
 from cohelm.messages import Authority, Mode, Reason, Reference
 from cohelm.navigation.final_approach import approach_limit, final_approach, path_up_to
+from cohelm.navigation.floor import with_all_edges
 from cohelm.navigation.group_outlines import group_outlines
-from cohelm.navigation.obstacle_memory import merge_obstacles
 from cohelm.navigation.recovery.context import reverse_reference
 from cohelm.navigation.recovery.progress_checker import ProgressState, check_progress
 from cohelm.navigation.recovery.stages import RecoveryAction, RecoveryStage
@@ -150,17 +150,16 @@ def _route_query(
     step: StepInput, world: WorldModel, authority: Authority, recovery: RecoveryAction
 ) -> RouteQuery:
     setup, observation, request = step.setup, step.observation, step.request
-    crowding = world.crowding.published
     return RouteQuery(
         time=observation.time,
         request=request,
         pose=observation.pose,
         robot=setup.robot,
         grid=setup.grid,
-        live=merge_obstacles(
-            world.live,
-            world.obstacle_memory,
-            None if world.floor is None or request.over_edges else world.floor.edges,
+        live=(
+            world.live
+            if world.floor is None or request.over_edges
+            else with_all_edges(world.live, world.floor.edges)
         ),
         walls=world.walls,
         authority=authority if request.mode is Mode.SHARED else None,
@@ -175,7 +174,7 @@ def _route_query(
             and _cannot_turn(step, world, step.memory.route)
         ),
         side=recovery.side,
-        crowding=crowding if crowding.density.any() else None,
+        crowding=setup.heat,
         groups=group_outlines(world.people, world.groups, setup.replanning.standing_speed),
         filters=setup.filters,
     )

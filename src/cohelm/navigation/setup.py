@@ -7,7 +7,6 @@ from cohelm.control import LocalPlanner
 from cohelm.health import HealthParameters
 from cohelm.maps import CostmapFilter, OccupancyGrid, Places
 from cohelm.messages import Crowding, Request
-from cohelm.navigation.crowding import CrowdingParameters
 from cohelm.navigation.destination_inference import DestinationParameters
 from cohelm.navigation.recovery.parameters import RecoveryParameters
 from cohelm.navigation.recovery.progress_checker import ProgressParameters
@@ -53,8 +52,7 @@ class NavigatorSetup:
     places: Places = Places()
     """Named places, which are offered to a rider without a destination."""
     heat: Crowding | None = None
-    """Heat map of known crowding."""
-    crowding: CrowdingParameters = CrowdingParameters()
+    """Heat map of usual crowding."""
     zones: ZoneParameters = ZoneParameters()
     change_detection: ChangeDetectionParameters = ChangeDetectionParameters()
     obstacle_layer: ObstacleLayerParameters = ObstacleLayerParameters()

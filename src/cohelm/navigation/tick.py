@@ -29,10 +29,8 @@ from cohelm.messages import (
     Sensing,
     SocialSpaces,
 )
-from cohelm.navigation.crowding import CrowdingState
 from cohelm.navigation.destination_inference import DestinationState
 from cohelm.navigation.map_openings import MapOpenings
-from cohelm.navigation.obstacle_memory import ObstacleMemory
 from cohelm.navigation.recovery.progress_checker import ProgressState
 from cohelm.navigation.recovery.rear_clearance import RearMemory
 from cohelm.navigation.recovery.reversing import ReversingState
@@ -55,10 +53,8 @@ class Memory:
     predictor: Any | None = None
     """The predictor's own record."""
     obstacles: ObstacleLayerState | None = None
-    obstacle_memory: ObstacleMemory | None = None
     floor: GroundMap | None = None
     openings: MapOpenings | None = None
-    crowding: CrowdingState | None = None
     route: RouteState | None = None
     planning_failure: PlanningFailure | None = None
     progress: ProgressState | None = None

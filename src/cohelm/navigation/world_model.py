@@ -26,7 +26,6 @@ from cohelm.messages import (
     Sensing,
     SocialSpaces,
 )
-from cohelm.navigation.crowding import CrowdingState, update_crowding
 from cohelm.navigation.floor import update_floor
 from cohelm.navigation.local_walls import local_walls
 from cohelm.navigation.map_openings import (
@@ -35,7 +34,6 @@ from cohelm.navigation.map_openings import (
     MapOpenings,
     update_openings,
 )
-from cohelm.navigation.obstacle_memory import EMPTY, ObstacleMemory, update_obstacle_memory
 from cohelm.navigation.setup import NavigatorSetup
 from cohelm.navigation.standstill import is_standing_still
 from cohelm.navigation.tick import Memory, StepInput
@@ -107,11 +105,8 @@ class WorldModel:
     predictor: Any
     """Memory of the predictor."""
     layer: ObstacleLayerState
-    obstacle_memory: ObstacleMemory
-    """Obstacles outside the window of the layer."""
     floor: GroundMap | None
     """Map of the floor; None without clouds."""
-    crowding: CrowdingState
     openings: MapOpenings
     """Walls of the map that the scan passes, and where the rider has pushed on."""
     last_contact: float
@@ -137,9 +132,15 @@ def update_world_model(
     setup, observation, memory = step.setup, step.observation, step.memory
     perceived, perception = perceive(setup.perception, observation, map_walls, memory.perception)
     people, groups, detections = perceived.people, perceived.groups, perceived.detections
-    layer, obstacle_memory = _update_obstacles(step, detections, people)
+    layer = update_obstacle_layer(
+        memory.obstacles,
+        detections,
+        people,
+        setup.grid,
+        observation.pose,
+        setup.obstacle_layer,
+    )
     stopwatch.lap("perception")
-    crowding = update_crowding(memory.crowding, people, setup.grid, setup.heat, setup.crowding)
     predictions, predictor = setup.predictor.predict(
         people, setup.local_planner.steps, setup.local_planner.step, memory.predictor
     )
@@ -169,31 +170,10 @@ def update_world_model(
         perception=perception,
         predictor=predictor,
         layer=layer,
-        obstacle_memory=obstacle_memory,
         floor=floor,
-        crowding=crowding,
         openings=openings,
         last_contact=update_last_contact(memory.last_contact, setup.robot, observation, people),
     )
-
-
-def _update_obstacles(
-    step: StepInput, detections: tuple[Detections, ...], people: People
-) -> tuple[ObstacleLayerState, ObstacleMemory]:
-    """Update the obstacles in the window of the layer, and those outside of it."""
-    setup, memory = step.setup, step.memory
-    layer = update_obstacle_layer(
-        memory.obstacles,
-        detections,
-        people,
-        setup.grid,
-        step.observation.pose,
-        setup.obstacle_layer,
-    )
-    beyond, layer = update_obstacle_memory(
-        memory.obstacle_memory or EMPTY, memory.obstacles, layer, setup.obstacle_layer
-    )
-    return layer, beyond
 
 
 def _walls(

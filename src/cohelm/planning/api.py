@@ -31,13 +31,11 @@ class RouteProblem:
     live: LiveObstacles | None = None
     """Detected obstacles that are not on the map."""
     crowding: Crowding | None = None
-    """Recent density of people."""
+    """Usual density of people."""
     groups: tuple[Floats, ...] = ()
     """Outline (k, 2) of each standing group, m; crossed only if no other route is left."""
     filters: tuple[CostmapFilter, ...] = ()
     """Masks over the map. Keepout masks change the route, speed limits do not."""
-    previous_path: Annotated[Floats, Shape("k 2")] | None = None
-    """Rest of the path that is followed now, m; the answer contains its present score."""
     clearance: float = 0.0
     """Distance to keep beyond the footprint, m."""
     effort: float = 1.0

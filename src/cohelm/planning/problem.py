@@ -248,9 +248,6 @@ def check_problem(problem: RouteProblem) -> None:
     _require(_is_length(problem.clearance), f"the clearance is {problem.clearance}")
     if problem.wish_origin is not None:
         _require(_are_coordinates(problem.wish_origin), "the origin of the wishes is not a point")
-    if problem.previous_path is not None:
-        _require(len(problem.previous_path) > 0, "the previous path has no points")
-        _require(_are_coordinates(problem.previous_path), "the previous path has invalid points")
     for outline in problem.groups:
         _require(_are_coordinates(outline), "a group has invalid points")
     if problem.crowding is not None:

@@ -9,7 +9,6 @@ from cohelm.sharing.authority import (
     shared_reference,
     stick_twist,
 )
-from cohelm.sharing.belief_help import BeliefHelpParameters, helped_deflection
 from cohelm.sharing.destinations import (
     InferenceParameters,
     InferenceState,
@@ -38,7 +37,6 @@ __all__ = [
     "EMPTY",
     "AuthorityParameters",
     "AuthorityState",
-    "BeliefHelpParameters",
     "HandState",
     "InferenceParameters",
     "InferenceState",
@@ -54,7 +52,6 @@ __all__ = [
     "YieldingState",
     "authority",
     "belief",
-    "helped_deflection",
     "limit_authority",
     "prior_of",
     "rider_intent",

@@ -100,7 +100,6 @@ def _check_route(planner: GlobalPlanner, problem: RouteProblem, within: float) -
             "the path's points": path.points,
             "its length": path.length,
             "its cost": path.cost,
-            "its score": path.score,
             "its extra length": path.wishes.extra_length,
         }
     )

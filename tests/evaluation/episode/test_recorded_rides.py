@@ -344,7 +344,7 @@ def test_of_several_settings_that_do_not_fit_the_first_by_name_is_told(kept):
 def test_every_part_and_parameter_of_the_navigator_can_be_set():
     stage = build_scenario(load_scenario("empty"), 0)
     own = {*stage.navigator.__dataclass_fields__} & {*type(stage.scenario).model_fields}
-    assert own - {"crowding", "filters"} <= {*CHANGEABLE}  # these two are recorded
+    assert own - {"filters"} <= {*CHANGEABLE}  # it is recorded
     assert {*PARTS} - {"rider"} <= {*CHANGEABLE}
 
 

@@ -5,12 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.control.drive_error import DriveError
-from cohelm.control.trajectories import limited_trajectory
 from cohelm.maps import OccupancyGrid
 from cohelm.messages import Decision
 from cohelm.simulation.drivetrain import at_rest, drive_command, step_drivetrain
-from cohelm.testing.scenes import local_problem
 
 OPEN = OccupancyGrid(data=np.zeros((10, 10), np.int8), resolution=0.05, X_MG=np.zeros(3))
 GRAVITY = 9.81
@@ -123,26 +120,3 @@ def test_equal_commands_give_equal_rides(bench):
         twin.drive((0.6, 0.0, 0.4), 1.0)
         runs.append(np.array(twin.poses))
     assert np.array_equal(*runs)
-
-
-@pytest.mark.parametrize("sequences", [2, pytest.param(10, marks=pytest.mark.slow)])
-def test_a_late_drive_in_verification_foretells_the_twin(bench, chair, sequences):
-    """Ramps and lag make the wheels late; the delay was chosen on other sequences."""
-    rng, errors = np.random.default_rng(2), []
-    problem = local_problem(steps=14, step=0.15, speed=0.0)
-    for _ in range(sequences):
-        targets = np.column_stack([rng.uniform(0.0, 1.0, 3), rng.uniform(-0.6, 0.6, 3)])
-        inputs = np.repeat(targets, 5, axis=0)[:14]
-        plan = limited_trajectory(problem, inputs, np.zeros(2))
-        twin = on_open_floor(bench, chair)
-        for v, turn in plan.inputs:
-            twin.drive((v, 0.0, turn), 0.15)
-        driven = twin.chair.pose - twin.poses[0]
-        errors.append(
-            [
-                math.hypot(*(DriveError(delay=delay).driven(plan, chair)[-1] - driven)[:2])
-                for delay in (0.0, 0.12)
-            ]
-        )
-    punctual, late = np.mean(errors, axis=0)
-    assert late < 0.4 * punctual

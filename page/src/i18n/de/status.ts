@@ -34,7 +34,6 @@ export const status = {
   "trip.learned": "Wie die Wege, die Sie früher gewählt haben",
   "newRoute.blocked": "Neuer Weg: der alte war versperrt.",
   "newRoute.door": "Neuer Weg. {why}",
-  "newRoute.better": "Neuer Weg: er ist jetzt besser als der alte.",
   "newRoute.stalled": "Neuer Weg: es ging nicht weiter.",
   "newRoute.backed_up": "Neuer Weg: der Rollstuhl musste zurücksetzen.",
   "newRoute.turn": "Neuer Weg: hier ist kein Platz zum Wenden.",

@@ -34,7 +34,6 @@ export const status = {
   "trip.learned": "Like the routes that you chose before",
   "newRoute.blocked": "New route: the way was blocked.",
   "newRoute.door": "New route. {why}",
-  "newRoute.better": "New route: it has become better than the old one.",
   "newRoute.stalled": "New route: there was no progress.",
   "newRoute.backed_up": "New route: the chair had to back up.",
   "newRoute.turn": "New route: no room to turn here.",

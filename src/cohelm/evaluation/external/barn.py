@@ -58,12 +58,6 @@ SETTINGS: Mapping[str, Any] = {
         "lookahead": 8.0,
         "max_deviation": 0.4,
         "min_interval": 0.2,
-        "switching": {
-            "search_interval": 0.5,
-            "min_remaining": 1.0,
-            "min_hold": 0.5,
-            "absolute_gain": 0.3,
-        },
     },
     "comfort": {"lateral_acceleration": 1.5, "deceleration": 1.5, "approach": 0.5},
     "progress": {"time_allowance": 2.0},

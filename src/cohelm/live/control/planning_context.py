@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cohelm.arrays import Floats
-from cohelm.messages import Crowding, LiveObstacles, Request, Wish
+from cohelm.messages import LiveObstacles, Request, Wish
 from cohelm.navigation import Tick
 from cohelm.scenarios import RideSetup
 
@@ -24,7 +24,6 @@ class PlanningContext:
     speed: float
     """Preferred speed, m/s."""
     live: LiveObstacles | None
-    crowding: Crowding | None
 
 
 def planning_context_of(tick: Tick, request: Request) -> bytes:
@@ -35,13 +34,11 @@ def planning_context_of(tick: Tick, request: Request) -> bytes:
         request: Current request; it differs from the tick's after a pause only.
     """
     memory = tick.memory
-    crowding = memory.crowding.published if memory.crowding is not None else None
     context = PlanningContext(
         pose=tick.observation.pose,
         clearance=request.profile.clearance,
         speed=request.profile.preferred_speed,
         live=memory.obstacles.obstacles if memory.obstacles is not None else None,
-        crowding=crowding if crowding is not None and crowding.density.any() else None,
     )
     return pickle.dumps(context, protocol=5)
 

@@ -193,7 +193,6 @@ RouteCause = Literal[
     "goal",
     "wish",
     "blocked",
-    "better",
     "off_path",
     "stalled",
     "backed_up",

@@ -24,7 +24,7 @@ from cohelm.live.control.view_model import shown_line
 from cohelm.live.messages import RouteDifference, RouteFigures, TripPlans, TripRoute
 from cohelm.live.sessions.database import Database
 from cohelm.live.sessions.route_choices import learned_preference
-from cohelm.messages import Crowding, LiveObstacles, Path, Wish
+from cohelm.messages import LiveObstacles, Path, Wish
 from cohelm.navigation import planning_reason
 from cohelm.planning import GlobalPlanner, RouteProblem
 from cohelm.planning.alternatives.alternatives import (
@@ -105,12 +105,6 @@ def warm_up(ride_setup: RideSetup) -> None:
         clearance=request.profile.clearance,
         speed=request.profile.preferred_speed,
         live=LiveObstacles(corner=np.array(grid.cells(start)), occupied=obstacle, version=1),
-        crowding=Crowding(
-            density=np.full((4, 4), 0.1, dtype=np.float32),
-            resolution=1.0,
-            X_MG=np.array([*start, 0.0]),
-            version=1,
-        ),
     )
     pickled = pickle.dumps(context)
     goal = (float(request.goal[0]), float(request.goal[1]))
@@ -242,7 +236,7 @@ def _problem(request: TripRequest, context: PlanningContext, ride_setup: RideSet
         wishes=request.wishes,
         wish_origin=context.pose[:2],
         live=context.live,
-        crowding=context.crowding,
+        crowding=ride_setup.navigator.heat,
         filters=ride_setup.navigator.filters,
         clearance=context.clearance,
     )

@@ -2,18 +2,9 @@
 
 A path is kept while it is usable. A new one is planned if there is none, if the goal or a wish
 changes, if the path ahead has been blocked for some time, if the chair has left the path, makes no
-progress or has backed up (``recovery``), if another path has become much better
-(``path_switching``), and while the rider steers away from it, except near the goal.
-
-A blocked path whose passage is open is replaced through that passage only (``open_passage``). While
-the rider steers, the new path starts where the rider's input leads, so that it passes an obstacle
-on the side that the rider chose.
-
-A passage is blocked, or open a little beside the path. When a path is planned round an obstacle,
-only one side of it may have been seen. Once the next side is seen, the obstacle may be some
-centimetres larger, and the path too close to it. The path round its other side can then be the
-cheaper one. A chair that is close to the obstacle and has no space to turn cannot follow that path.
-So a path whose passage is open is replaced by paths through the same passage only.
+progress or has backed up (``recovery``), and while the rider steers away from it, except near the
+goal. Then the new path starts where the rider's input leads, so that it passes an obstacle on the
+side that the rider chose.
 """
 
 from __future__ import annotations
@@ -23,36 +14,18 @@ import math
 import numpy as np
 from pydantic import Field
 
-from cohelm.arrays import Booleans, Floats, identical, replace, value
+from cohelm.arrays import Floats, identical, replace, value
 from cohelm.config import Model
 from cohelm.errors import PlanningError
-from cohelm.geometry import arc_length, nearest_on_polyline, resample
+from cohelm.geometry import arc_length, nearest_on_polyline
 from cohelm.messages import Authority, Path, Request, Wish
-from cohelm.navigation.group_outlines import count_crossed_groups
-from cohelm.navigation.replanning.path_switching import (
-    AbandonedPath,
-    SwitchingParameters,
-    SwitchingState,
-    distances_to,
-    evaluate_candidate,
-    should_search,
-)
 from cohelm.navigation.replanning.remaining_path import (
-    remaining_path,
     remaining_wishes,
     trim_strokes,
 )
 from cohelm.navigation.replanning.route_query import PlanReason, RouteQuery
 from cohelm.navigation.static_people import with_closed_side, with_static_people
 from cohelm.planning import GlobalPlanner, RouteProblem
-
-_ASIDE = np.linspace(-0.25, 0.25, 11)
-"""Displacements of a path at which the local planner may pass beside it, m; assumed."""
-_SAME_PASSAGE = 0.5
-"""Distance up to which a new path leads through the same passage, m: two passages beside one
-obstacle are apart by the chair's width at least; assumed."""
-_SPACING = 0.1
-"""Spacing of points of paths that are checked, m."""
 
 
 def is_blocked(path: Path, progress: float, query: RouteQuery, lookahead: float) -> bool:
@@ -64,63 +37,16 @@ def is_blocked(path: Path, progress: float, query: RouteQuery, lookahead: float)
         query: pose, walls and robot.
         lookahead: distance ahead of the chair over which the path is checked, m.
     """
-    near = _ahead(path, progress, query, lookahead)
-    return bool((query.walls.at(near) < query.robot.inscribed_radius).any())
-
-
-def leaves_open_passage(
-    path: Path, current: Path, progress: float, query: RouteQuery, lookahead: float
-) -> bool:
-    """Check that a new path takes another passage while the current one is open.
-
-    False for a chair that has left its path: the new one then begins elsewhere in any case.
-
-    Args:
-        path: the new one.
-        current: path followed now.
-        progress: arc length of the chair on it, m.
-        query: pose, walls and robot.
-        lookahead: distance ahead of the chair over which both are checked, m.
-    """
-    kept = remaining_path(current, progress)
-    if distances_to(query.pose[None, :2], kept)[0] > _SAME_PASSAGE:
-        return False
-    near = path.points[np.hypot(*(path.points - query.pose[:2]).T) < lookahead]
-    leaves = bool((distances_to(near, kept) > _SAME_PASSAGE).any())
-    return leaves and _is_open(current, progress, query, lookahead)
-
-
-def _is_open(path: Path, progress: float, query: RouteQuery, lookahead: float) -> bool:
-    """Check that the chair fits along the path, or along a line close beside it."""
-    near = _ahead(path, progress, query, lookahead)
-    if len(near) < 2:
-        return False
-    near = resample(near, _SPACING)
-    tangent = np.gradient(near, axis=0)
-    tangent /= np.maximum(np.hypot(*tangent.T), 1e-9)[:, None]
-    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-    beside = near[:, None] + _ASIDE[:, None] * normal[:, None]
-    free: Booleans = query.walls.at(beside) >= query.robot.inscribed_radius
-    reached = free[0]
-    for here in free[1:]:  # from point to point by one displacement more or less
-        reached = here & (np.convolve(reached, np.ones(3), mode="same") > 0.0)
-    return bool(reached.any())
-
-
-def _ahead(path: Path, progress: float, query: RouteQuery, lookahead: float) -> Floats:
-    """Points (k, 2) of the path within the lookahead, m."""
     along = arc_length(path.points)
     ahead = path.points[(along >= progress) & (along <= progress + lookahead)]
-    near: Floats = ahead[np.hypot(*(ahead - query.pose[:2]).T) < lookahead]
-    return near
+    near = ahead[np.hypot(*(ahead - query.pose[:2]).T) < lookahead]
+    return bool((query.walls.at(near) < query.robot.inscribed_radius).any())
 
 
 _ROUNDING = 1e-9  # s; times are sums of float steps
 _TURN_INTERVAL = 2.0
 """Minimum time after a plan or an attempt where the path begins behind a chair that cannot turn to
 it, s; the next one may have no manoeuvre either."""
-_ABANDONS = frozenset({PlanReason.BLOCKED, PlanReason.BETTER, PlanReason.STALLED})
-"""Reasons after which the old path counts as abandoned."""
 
 
 class ReplanningParameters(Model):
@@ -146,8 +72,6 @@ class ReplanningParameters(Model):
     """Speed below which people are obstacles to a stalled ride, m/s."""
     min_interval: float = Field(0.5, ge=0.0, le=30.0)
     """Minimum time between two plans, s."""
-    switching: SwitchingParameters = SwitchingParameters()
-    """Conditions for replacing a usable path."""
 
 
 @value
@@ -175,8 +99,6 @@ class RouteState:
     """Time since which the path ahead is blocked, s."""
     attempted_at: float = -math.inf
     """Time of the last attempt to replan that failed, or whose path was refused, s."""
-    switching: SwitchingState
-    abandoned: AbandonedPath | None = None
 
 
 def update_route(
@@ -194,17 +116,13 @@ def update_route(
     changed = _changed_request(q.request, memory)
     if memory is None or changed is not None:
         here = q.pose[:2]
-        path = planner.plan(
-            _problem(q, here, q.request.wishes, wish_origin=here, previous_path=None, effort=1.0)
-        )
+        path = planner.plan(_problem(q, here, q.request.wishes, wish_origin=here, effort=1.0))
         return _first_route(q, path, changed or PlanReason.FIRST, memory)
     current = _update(memory, q, p)
     if q.time - max(current.attempted_at, current.planned_at) < p.min_interval - _ROUNDING:
         return current
     reason = _cause(q, current, p)
-    if reason is not None:
-        return _replan(q, planner, current, reason, p)
-    return _search_better(q, planner, current, p)
+    return current if reason is None else _replan(q, planner, current, reason, p)
 
 
 def _changed_request(now: Request, memory: RouteState | None) -> PlanReason | None:
@@ -261,47 +179,6 @@ def _replan(
         path = planner.plan(_problem_from(query, start, current, effort))
     except PlanningError:
         return replace(current, attempted_at=q.time)
-    demanded = q.stalled or q.backed_up or q.side != "none" or steering is not None
-    if (
-        reason is PlanReason.BLOCKED
-        and not demanded
-        and leaves_open_passage(path, current.path, current.progress, q, p.lookahead)
-    ):
-        return replace(current, attempted_at=q.time)
-    return _next_route(q, path, reason, current)
-
-
-def _search_better(
-    q: RouteQuery, planner: GlobalPlanner, current: RouteState, p: ReplanningParameters
-) -> RouteState:
-    """Switch to a much better path if there is one."""
-    if (
-        q.time - current.planned_at < p.switching.min_hold - _ROUNDING
-        or current.path.length - current.progress < p.switching.min_remaining
-    ):
-        return current
-    remaining = remaining_path(current.path, current.progress)
-    crossed = count_crossed_groups(remaining, q.groups) if q.groups else 0
-    if not should_search(current.switching, q, p.switching, crossed_groups=crossed):
-        return current
-    state = replace(
-        current.switching, at=q.time, live=q.live, crowding=q.crowding, crossed_groups=crossed
-    )
-    try:
-        path = planner.plan(_problem_from(q, q.pose[:2], current))
-    except PlanningError:
-        return replace(current, switching=state)
-    reason, state = evaluate_candidate(
-        path,
-        remaining,
-        state,
-        current.abandoned,
-        time=q.time,
-        blocked_time=p.blocked_time,
-        parameters=p.switching,
-    )
-    if reason is None:
-        return replace(current, switching=state)
     return _next_route(q, path, reason, current)
 
 
@@ -313,7 +190,6 @@ def _problem_from(
         start,
         trim_strokes(current.wishes, current.path, current.progress),
         wish_origin=current.wish_origin,
-        previous_path=remaining_path(current.path, current.progress),
         effort=effort,
     )
 
@@ -324,7 +200,6 @@ def _problem(
     wishes: tuple[Wish, ...],
     *,
     wish_origin: Floats,
-    previous_path: Floats | None,
     effort: float,
 ) -> RouteProblem:
     return RouteProblem(
@@ -339,7 +214,6 @@ def _problem(
         crowding=q.crowding,
         groups=q.groups,
         filters=q.filters,
-        previous_path=previous_path,
         clearance=q.request.profile.clearance,
         effort=effort,
     )
@@ -357,16 +231,11 @@ def _first_route(
         replans=before.replans + 1 if before else 0,
         wish_origin=q.pose[:2],
         wishes=q.request.wishes,
-        switching=SwitchingState(at=q.time, live=q.live, crowding=q.crowding),
     )
 
 
 def _next_route(q: RouteQuery, path: Path, reason: PlanReason, current: RouteState) -> RouteState:
     """State on a new path to the same goal."""
-    abandoned = None
-    if reason in _ABANDONS:
-        points = remaining_path(current.path, current.progress)
-        abandoned = AbandonedPath(points=points, at=q.time)
     return replace(
         current,
         path=path,
@@ -376,13 +245,6 @@ def _next_route(q: RouteQuery, path: Path, reason: PlanReason, current: RouteSta
         progress=0.0,
         leg=0,
         blocked_since=math.inf,
-        switching=SwitchingState(
-            at=q.time,
-            live=q.live,
-            crowding=q.crowding,
-            has_scores=current.switching.has_scores,
-        ),
-        abandoned=abandoned,
     )
 
 

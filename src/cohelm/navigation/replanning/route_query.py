@@ -29,8 +29,6 @@ class PlanReason(StrEnum):
     """The wishes changed."""
     BLOCKED = "blocked"
     """The path was blocked for some time."""
-    BETTER = "better"
-    """A much better path has opened, or the old one has become much worse."""
     OFF_PATH = "off_path"
     """The chair had left the path."""
     STALLED = "stalled"

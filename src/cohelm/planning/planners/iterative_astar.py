@@ -9,7 +9,7 @@ from numba import njit
 from pydantic import Field
 
 from cohelm.arrays import Floats, Floats32
-from cohelm.geometry import inverse, nearest_on_polyline, resample, transform
+from cohelm.geometry import inverse, nearest_on_polyline, transform
 from cohelm.kernels import CACHED
 from cohelm.messages import Path
 from cohelm.planning.api import RouteProblem
@@ -17,11 +17,9 @@ from cohelm.planning.grid_search.weights import BLOCKED, Weights
 from cohelm.planning.planners.route import (
     DrivableRoute,
     GridPlannerParameters,
-    LineScore,
     cheapest_search,
     find_route,
     route_without_wishes,
-    score_on,
     to_path,
 )
 from cohelm.planning.planners.wishes import has_wishes, wished_line
@@ -64,8 +62,7 @@ class IterativeAStar:
             return to_path(prepared, plain, without, method="iterative_astar")
         wanted = wished_line(problem)
         route = _iterate(prepared, plain, wanted, parameters)
-        score = _score(prepared, wanted, parameters.near_enough)
-        return to_path(prepared, route, without, method="iterative_astar", score=score)
+        return to_path(prepared, route, without, method="iterative_astar")
 
 
 def _iterate(
@@ -107,17 +104,6 @@ def _with_disc(
     _block(packed, float(y), float(x), reach)
     packed.flags.writeable = False
     return Weights(packed=packed, lightest=weights.lightest, heaviest=weights.heaviest)
-
-
-def _score(prepared: PreparedProblem, wanted: Floats, near_enough: float) -> LineScore:
-    """Create the score of a line: weighted length and deviation beyond the accepted one, m."""
-    cost = score_on(prepared, prepared.weights)
-
-    def score(points: Floats) -> float:
-        deviation = float(_distances(wanted, resample(points, _SPACING)).max())
-        return cost(points) + max(deviation - near_enough, 0.0)
-
-    return score
 
 
 @njit(**CACHED)

@@ -352,7 +352,6 @@ def to_path(
     without: DrivableRoute,
     *,
     method: str,
-    score: LineScore | None = None,
 ) -> Path:
     """Convert ``route`` to a ``Path`` that reports the effect of the wishes.
 
@@ -361,10 +360,7 @@ def to_path(
         route: the route taken.
         without: the route without attracting wishes; may be ``route``.
         method: the planner's name.
-        score: objective of the method; the weighted length under the problem's weights if None.
     """
-    score = score or score_on(prepared, prepared.weights)
-    previous = prepared.problem.previous_path
     length = float(arc_length(route.points)[-1])
     wishes = report_wishes(
         prepared.problem,
@@ -379,8 +375,6 @@ def to_path(
         method=method,
         wishes=wishes,
         without_wishes=without.points,
-        score=score(route.points),
-        previous_score=score(previous) if previous is not None else None,
         pivots=route.pivots,
         cusps=route.cusps,
         backs_out=route.backs_out,

@@ -85,7 +85,7 @@ class SoftVia:
         with contextlib.suppress(NoPath):
             routes.append(find_route(prepared, parameters, search=search))
         route = min(routes, key=lambda each: score(each.points))
-        return to_path(prepared, route, without, method="soft_via", score=score)
+        return to_path(prepared, route, without, method="soft_via")
 
 
 def _via_search(prepared: PreparedProblem, parameters: SoftVia.Parameters) -> GridSearch:

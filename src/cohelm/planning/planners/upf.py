@@ -25,7 +25,6 @@ from cohelm.planning.planners.route import (
     GridPlannerParameters,
     find_route,
     route_without_wishes,
-    score_on,
     to_path,
 )
 from cohelm.planning.problem import PreparedProblem, prepare, weigh
@@ -126,7 +125,7 @@ def _plan_with_field(
         return to_path(prepared, plain, without, method=method)
     weights = reweigh(prepared, sources)
     route = find_route(prepared, parameters, weights)
-    return to_path(prepared, route, without, method=method, score=score_on(prepared, weights))
+    return to_path(prepared, route, without, method=method)
 
 
 @njit(**CACHED)

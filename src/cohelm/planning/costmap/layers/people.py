@@ -1,4 +1,4 @@
-"""Layers about people: recent crowding, and the gaps between members of standing groups."""
+"""Layers about people: usual crowding, and the gaps between members of standing groups."""
 
 from __future__ import annotations
 
