@@ -190,6 +190,16 @@ def test_a_looser_change_that_waited_for_the_disk_undoes_no_tighter_one(settings
     assert ActiveSettings(tmp_path, ROBOT).limits == slower
 
 
+def test_looser_limits_refused_after_they_were_stored_are_not_in_force_at_the_next_start(tmp_path):
+    """The chair starts to move while the disk takes them."""
+    settings = ActiveSettings(tmp_path, ROBOT, limits=CALM)
+    stands = iter([True, False])
+    with pytest.raises(LimitsLoosened):
+        settings.set_limits(CALM.model_copy(update={"max_speed": 1.0}), lambda: next(stands))
+    assert settings.limits == CALM
+    assert ActiveSettings(tmp_path, ROBOT).limits == CALM
+
+
 def test_the_chair_s_own_limits_are_where_they_begin():
     slow = ROBOT.model_copy(update={"max_speed": 0.6, "max_acceleration": 0.3})
     limits = defaults(slow, RiderProfile(social_distance=0.7)).limits

@@ -329,11 +329,10 @@ def test_of_a_navigator_that_was_killed_the_log_is_measured(store, ride_setup, t
     assert store.png(ride)
 
 
-def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup):
+def test_a_full_disk_is_said_and_a_rating_is_stored_once_there_is_space(store, ride_setup):
     facts = store.begin(ride_setup)
     ride = driven(store, ride_setup)
     store.wait_until_idle()
-    before = store.summary(facts.id)
     with full_disk():
         store.rate(ride, 1)
         store.wait_until_idle()
@@ -344,7 +343,7 @@ def test_a_full_disk_is_said_and_what_was_there_stays(store, ride_setup):
     store.retry()
     store.wait_until_idle()
     assert not store.error
-    assert store.summary(facts.id) == before
+    assert store.summary(facts.id).rides[0].rating == 1
 
 
 def test_a_record_that_cannot_be_read_hides_no_other_one_and_says_so(store, ride_setup):
@@ -557,3 +556,15 @@ def test_it_lies_where_the_desktop_keeps_data(monkeypatch, tmp_path):
     assert default_folder() == tmp_path / "cohelm" / "sessions"
     monkeypatch.setenv("XDG_DATA_HOME", "not/absolute")
     assert default_folder().is_absolute()
+
+
+def test_a_log_that_appears_after_its_deletion_is_removed(store, ride_setup, ticks):
+    store.begin(ride_setup)
+    ride, session, file = store.begin_ride()
+    store.delete_all()
+    log = logged(ride, session, file, ride_setup, ticks)
+    assert file.exists()
+    store.keep(record(ride), log, ride_setup)
+    store.wait_until_idle()
+    assert not file.exists()
+    assert store.list() == ()

@@ -1,4 +1,3 @@
-from .crowding import CrowdingParameters
 from .destination_inference import DestinationInference, DestinationParameters
 from .navigator import Navigator
 from .path_and_reference import planning_reason
@@ -14,7 +13,6 @@ from .setup import NavigatorSetup
 from .tick import Memory, Tick
 
 __all__ = [
-    "CrowdingParameters",
     "DestinationInference",
     "DestinationParameters",
     "Memory",

@@ -8,7 +8,6 @@ is never silently replaced by looser defaults.
 
 from __future__ import annotations
 
-import contextlib
 import math
 import threading
 from collections.abc import Callable
@@ -139,18 +138,19 @@ class ActiveSettings:
             if tight == before:
                 raise
             return before
-        with self._lock:
-            if self._current.limits == tight:  # else somebody has tightened them meanwhile
-                _check_standing(tight, requested, standing)
-                self._current = self._current.model_copy(update={"limits": requested})
+        try:
+            with self._lock:
+                if self._current.limits == tight:  # else somebody has tightened them meanwhile
+                    _check_standing(tight, requested, standing)
+                    self._current = self._current.model_copy(update={"limits": requested})
+        finally:
+            self._store_in_force()
         return before
 
     def retry(self) -> None:
         """Store the settings in force if that has failed before; may wait for the disk."""
-        if not self._error:
-            return
-        with contextlib.suppress(StoreError):
-            self._store(self.limits)
+        if self._error:
+            self._store_in_force()
 
     def set_rider(self, rider: RiderSettings) -> RiderSettings:
         """Change the rider's settings and return the previous ones.
@@ -200,6 +200,14 @@ class ActiveSettings:
         with self._lock:
             if self._current.limits == tight and standing():
                 self._current = self._current.model_copy(update={"limits": requested})
+        self._store_in_force()
+
+    def _store_in_force(self) -> None:
+        """Write the settings in force where looser ones were written that did not come in force."""
+        try:
+            self._store(self.limits)
+        except StoreError as error:
+            self._error = error.problem
 
     def _store(self, limits: Limits, rider: RiderSettings | None = None) -> None:
         """Write the settings, unless they are stored already."""

@@ -56,7 +56,9 @@ class Database:
                 return []
             with self._connected("rw") as database:
                 return database.execute(query, values).fetchall()
-        except (OSError, sqlite3.Error) as cause:
+        except (OSError, sqlite3.OperationalError) as cause:  # as of a disk, or a lock
+            raise StoreError(f"cannot be read now ({cause})", file=self.file) from None
+        except sqlite3.Error as cause:
             raise self.unreadable(str(cause)) from None
 
     @contextmanager

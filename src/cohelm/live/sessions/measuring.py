@@ -184,7 +184,9 @@ class _Log:
         elif topic == REASON:
             self._reason = _REASONS.get(message.data)
         elif topic == REQUEST:
-            self._request = unpack(bytes(message.data), Request)
+            # The ride ends with a request for the next destination, or for none.
+            if self._request is None or np.isnan(self._request.goal).any():
+                self._request = unpack(bytes(message.data), Request)
         elif topic == PATH:
             self._path = unpack(bytes(message.data), Path)
             wishes = self._request.wishes if self._request is not None else ()

@@ -50,7 +50,7 @@ REQUEST, PATH, REASON, ROW = (f"/cohelm/{name}" for name in ("request", "path", 
 FLUSH = 1.0
 """Interval of writes to the disk, s."""
 MAX_WAITING = 20_000
-"""Maximum number of messages that wait for the thread."""
+"""Number of messages that wait for the thread above which ticks are lost."""
 MAX_UNWRITTEN = 50_000_000
 """Maximum size of what a full disk has rejected and is tried again, bytes: some hours."""
 CHAIR_SIZE, PERSON_SIZE = 18, 10
@@ -75,7 +75,7 @@ class RideLogWriter:
         self._lost = 0
         """Ticks of this ride that the queue did not take."""
         self._changes = NO_CHANGES
-        self._queue: queue.Queue[Callable[[], None] | None] = queue.Queue(MAX_WAITING)
+        self._queue: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._finished: deque[RideLog] = deque()
         self._file: _RideFile | None = None
         """File of the ride; belongs to the thread."""
@@ -94,12 +94,12 @@ class RideLogWriter:
             self._thread.start()
         self._ride, self._begun, self._lost = begin.ride, math.nan, 0
         self._request, self._path, self._reason = None, None, ""
-        self._put(partial(self._open, begin))
+        self._queue.put(partial(self._open, begin))
 
     def summarise(self, summary: str) -> None:
         """Add the summary so far, JSON."""
         if self._ride and summary:
-            self._put(partial(self._add, SUMMARY, summary, 0.0))
+            self._queue.put(partial(self._add, SUMMARY, summary, 0.0))
 
     def add(self, tick: Tick, truth: GroundTruth) -> None:
         """Add a tick to the current ride, if there is one."""
@@ -110,21 +110,24 @@ class RideLogWriter:
         now = truth.time - self._begun
         code = "" if tick.decision.reason is None else tick.decision.reason.value
         if tick.request is not self._request:
-            self._put(partial(self._add, REQUEST, tick.request, now))
+            self._queue.put(partial(self._add, REQUEST, tick.request, now))
         if self._path is None and tick.path is not None:
-            self._put(partial(self._add, PATH, tick.path, now))
+            self._queue.put(partial(self._add, PATH, tick.path, now))
         if code != self._reason:
-            self._put(partial(self._add, REASON, code, now))
+            self._queue.put(partial(self._add, REASON, code, now))
         self._request, self._path, self._reason = tick.request, self._path or tick.path, code
         if tick.memory.health is not None:
             self._changes = tick.memory.health.changes
-        self._lost += not self._put(partial(self._add, ROW, row_of_tick(tick, truth, now), now))
+        if self._queue.qsize() < MAX_WAITING:
+            self._queue.put(partial(self._add, ROW, row_of_tick(tick, truth, now), now))
+        else:  # the disk hangs
+            self._lost += 1
 
     def end(self, summary: str) -> None:
         """End the ride; :meth:`finished` returns its log once the file is closed."""
         if self._ride:
-            self._put(partial(self._add, END, summary, 0.0))
-            self._put(partial(self._close, self._ride, self._changes, self._lost))
+            self._queue.put(partial(self._add, END, summary, 0.0))
+            self._queue.put(partial(self._close, self._ride, self._changes, self._lost))
         self._ride = ""
 
     def finished(self) -> RideLog | None:
@@ -136,13 +139,6 @@ class RideLogWriter:
         if self._thread is not None:
             self._queue.put(None)
             self._thread.join()
-
-    def _put(self, task: Callable[[], None]) -> bool:
-        try:
-            self._queue.put_nowait(task)
-        except queue.Full:  # the disk hangs
-            return False
-        return True
 
     def _run(self) -> None:
         """Write, in the thread."""

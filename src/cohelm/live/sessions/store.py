@@ -92,6 +92,8 @@ class SessionStore:
         """Session → number of its rides so far, also of deleted and earlier ones."""
         self._unwritten: dict[str, tuple[RideSummary, SessionInfo]] = {}
         """Ended rides that the disk did not take yet; of the writer thread."""
+        self._ratings: dict[str, int] = {}
+        """Ratings that the disk did not take yet, by ride."""
         self._retry: Future[Any] | None = None
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="sessions")
         self._measurer = ThreadPoolExecutor(1, thread_name_prefix="measuring")
@@ -146,20 +148,22 @@ class SessionStore:
         if log is not None and log.lost_ticks:
             seconds = log.lost_ticks * ride_setup.world.control_step
             error = f"{log.lost_ticks} ticks of this ride, {seconds:.1f} s, are not stored."
-        with self._lock:
-            info = self._open.pop(summary.id, None)
-            if info is None:
-                return
-            self._kept.add(summary.id)
 
         def write() -> None:
+            if info is None:  # the log may have been created after the deletion
+                _unlink(self.log_file(summary.id))
+                return
             self._unwritten[summary.id] = summary.model_copy(update={"error": error}), info
             self._write_rides()
             if log is not None:
                 grid, name = ride_setup.navigator.grid, ride_setup.scenario.name
                 map_changes.keep_changes(self.database, grid, name, log.changes)
 
-        self._write(write)
+        with self._lock:  # a deletion comes before all of this, or after it
+            info = self._open.pop(summary.id, None)
+            if info is not None:
+                self._kept.add(summary.id)
+            self._write(write)
 
     def retry(self, further: Callable[[], None] = lambda: None) -> None:
         """Write again what could not be written, and run ``further``, in the writer thread."""
@@ -171,6 +175,7 @@ class SessionStore:
             if self.error:
                 self.database.set("tried", now_utc())
             self._write_rides()
+            self._write_ratings()
 
         self._retry = self._write(write)
 
@@ -182,7 +187,8 @@ class SessionStore:
         """
         if ride not in self._kept:
             raise StoreError("there is no such ride")
-        self._write(lambda: self._update(ride, {"rating": rating}))
+        self._ratings[ride] = rating
+        self._write(self._write_ratings)
 
     def delete_all(self) -> int:
         """Delete all sessions, the current one included, and return their number.
@@ -192,7 +198,6 @@ class SessionStore:
         Raises:
             StoreError: Something could not be deleted; names it.
         """
-        going_on = self._forget(None)
 
         def delete() -> int:
             count = self._delete(None, going_on)
@@ -202,12 +207,17 @@ class SessionStore:
                 _unlink(folder)
             return count + len(older)
 
-        return self._write(delete).result()
+        with self._lock:
+            going_on = self._forget(None)
+            deletion = self._write(delete)
+        return deletion.result()
 
     def delete_of(self, rider: str) -> int:
         """Delete the sessions of one rider, and return their number; errors as above."""
-        going_on = self._forget(rider)
-        return self._write(lambda: self._delete(rider, going_on)).result()
+        with self._lock:
+            going_on = self._forget(rider)
+            deletion = self._write(lambda: self._delete(rider, going_on))
+        return deletion.result()
 
     def list(self) -> tuple[SessionSummary, ...]:
         """Return all sessions with a ride, the newest first, and the names of older versions'.
@@ -311,16 +321,19 @@ class SessionStore:
                     _log.error("sessions: %s", error)
                 self.error = error.problem
                 raise
-            self.error = "" if not self._unwritten else self.error
+            self.error = "" if not (self._unwritten or self._ratings) else self.error
             return done
 
         return self._writer.submit(run)
 
     def _finish_earlier(self) -> None:
         """Finish the deletions, and continue with the rides, of earlier programs."""
-        self._unlink_deleted()
-        with self.database.transaction() as database:
-            database.execute("DELETE FROM ride WHERE state = 'deleted'")
+        for (ride,) in self.database.rows("SELECT id FROM ride WHERE state = 'deleted'"):
+            try:
+                _unlink(self.log_file(ride))
+                self.database.write("DELETE FROM ride WHERE id = ?", ride)
+            except StoreError as error:  # it is tried again at the next start
+                _log.error("sessions: %s", error)
         self._kept = {ride for (ride,) in self.database.rows("SELECT id FROM ride")}
         for file in sorted(self.folder.glob(f"{RIDES}/*.mcap")):
             if RIDE.fullmatch(file.stem) and file.stem not in self._kept:
@@ -368,7 +381,13 @@ class SessionStore:
         for ride, (summary, info) in list(self._unwritten.items()):
             self._insert(summary, info, info.rider, "ended")
             del self._unwritten[ride]
-            self._measurer.submit(self._measure, ride)
+            if not self._closing.is_set():  # else it is measured at the next start
+                self._measurer.submit(self._measure, ride)
+
+    def _write_ratings(self) -> None:
+        for ride, rating in list(self._ratings.items()):
+            self._update(ride, {"rating": rating})
+            del self._ratings[ride]
 
     def _update(self, ride: str, changes: Mapping[str, Any], *more: str | bytes) -> None:
         """Change the summary of a ride, and state, map and timeline, in the writer thread."""
@@ -411,12 +430,11 @@ class SessionStore:
             self._write(functools.partial(self._update, ride, new, *more))
 
     def _forget(self, rider: str | None) -> set[str]:
-        """Return the rides of a rider, or all, that go on; they are not stored any more."""
-        with self._lock:
-            gone = {r for r, info in self._open.items() if rider in {None, info.rider}}
-            for ride in gone:
-                del self._open[ride]
-            return gone
+        """Return the rides of a rider, or all, that go on, and are not stored any more; locked."""
+        gone = {r for r, info in self._open.items() if rider in {None, info.rider}}
+        for ride in gone:
+            del self._open[ride]
+        return gone
 
     def _delete(self, rider: str | None, going_on: set[str]) -> int:
         """Delete the sessions of a rider, or all, in the writer thread; returns their number."""
