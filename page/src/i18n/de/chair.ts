@@ -172,6 +172,7 @@ export const chair = {
   "unstored.exitCode": "Die Fahrt wurde nicht ausgewertet: Programmende mit {code}.",
   "unstored.record": "Der Eintrag dieser Fahrt ({file}) ist nicht zu lesen.",
   "unstored.unwritable": "kann nicht geschrieben werden ({cause})",
+  "unstored.unreadNow": "kann gerade nicht gelesen werden ({cause})",
   "unstored.uncreated": "kann nicht angelegt werden ({cause})",
   "unstored.undeleted": "kann nicht gelöscht werden ({cause})",
   "unstored.unreadable": "ist nicht zu lesen",

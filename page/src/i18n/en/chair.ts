@@ -172,6 +172,7 @@ export const chair = {
   "unstored.exitCode": "The ride was not measured: exit code {code}.",
   "unstored.record": "The record of this ride ({file}) cannot be read.",
   "unstored.unwritable": "cannot be written ({cause})",
+  "unstored.unreadNow": "cannot be read now ({cause})",
   "unstored.uncreated": "cannot be created ({cause})",
   "unstored.undeleted": "cannot be deleted ({cause})",
   "unstored.unreadable": "cannot be read",
