@@ -106,6 +106,9 @@ class Requirement:
         required = "" if self.bound == Bound() else self.bound.text(share=figure.share)
         result = (MET if met else MISSED) if required else ""
         remark = figure.worst(rides) if figure.worst and not met else ""
+        arrived = int(rides.reached.sum())
+        if self.figure == "time_ratio" and arrived < len(rides):
+            remark = f"{arrived} of {len(rides)} rides arrived"
         subject = f"{case}, {self.contender}"
         return Verdict(subject, figure.label, figure.text(rides), required, result, remark)
 

@@ -59,7 +59,8 @@ def scenario_of(request: RunRequest) -> Scenario:
     for key, (option, field) in _PART_OPTIONS.items():
         name = getattr(request, field)
         if name is not None and name != getattr(base, key)["use"]:
-            _check_installed(PARTS[key][0], name, option)
+            if ":" not in name:
+                _check_installed(PARTS[key][0], name, option)
             changes[key] = {"use": name}
     settings = [] if request.people is None else [f"people.count={request.people}"]
     with named_after_options(request):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from cohelm.control.objective_tables import TERMS
+from cohelm.control.objective_tables import BODIES, TERMS
 from cohelm.control.path import project_on_path
 from cohelm.control.stack import TrackingTerms
 from cohelm.control.terms import (
@@ -55,6 +55,7 @@ EACH = {
     "group_space": GroupSpace(weight=20.0),
     "wall_clearance": WallClearance(weight=3.0, distance=0.5),
 }
+assert set(EACH) == set(NOTHING) == set(TERMS[:BODIES])
 WIDE = Clearance(now=0.8, growth=0.1, upper=1.0)
 MOVES = ("as a chair", "any way")
 

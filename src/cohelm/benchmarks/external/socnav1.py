@@ -29,7 +29,7 @@ from cohelm.geometry import distance_to_polygon
 from cohelm.recordings.outside_data import outside_file
 from cohelm.social.personal_space import PersonalSpace
 
-TITLE = "Measures of the distance to people beside ratings of people (SocNav1)"
+TITLE = "Rank correlation (Spearman, 95 % interval) of measures of distance with people's ratings"
 FOLDER, TRAINING, OTHERS = "socnav1", "socnav_training_small.json", "socnav_dev.json"
 DISTANCE, DEPTH = "nearest person", "depth in personal space"
 WEIGHTS, WIDTHS = (0.5, 0.7, 1.0), (0.15, 0.25, 0.35, 0.5)
