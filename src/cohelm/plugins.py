@@ -83,7 +83,7 @@ def load(group: str, name: str) -> Any:
         part = entry.load()
     except Exception as cause:  # the import of someone's module may raise anything
         raise PluginError(
-            f"{group} {name!r} ({entry.value}) does not import: {type(cause).__name__}: {cause}"
+            f"{group} {entry.value!r} does not import: {type(cause).__name__}: {cause}"
         ) from cause
     parameters = getattr(part, "Parameters", None)
     if not (isinstance(parameters, type) and issubclass(parameters, Model)):
