@@ -64,7 +64,7 @@ BUDGET = {
     "control": (8625, 55),
     "evaluation": (8625, 55),
     "health": (2225, 13),
-    "live": (10025, 61),
+    "live": (10050, 61),
     "maps": (1700, 10),
     "messages": (725, 8),
     "navigation": (4825, 34),
