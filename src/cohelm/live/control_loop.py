@@ -141,10 +141,10 @@ class ControlLoop:
             self._thread.join()
         if self._preparation is not None:
             self._preparation.close()
+        self._navigator.close()  # writes the rest of a log that was slow
         self._services.rides.navigator_lost()
         if self.cycle.world is not None:
             self.cycle.world.close()
-        self._navigator.close()
         self._services.route_preview.close()
 
     def call(self, call: Call) -> None:
