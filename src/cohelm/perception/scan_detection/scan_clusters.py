@@ -31,6 +31,10 @@ from cohelm.perception.scan_detection.person_classifier import (
 
 MAX_LONE_LEG_LOG_ODDS = -0.1
 """Bound of the log-odds of one leg alone."""
+TORSO_MARGIN = 1.5
+"""Log-odds that a torso has at most beyond the classifier's, which has seen legs mostly."""
+NO_WALL = 1e5
+"""Distance of walls beyond which there is no map, m."""
 
 
 class ScanCandidates(NamedTuple):
@@ -39,6 +43,7 @@ class ScanCandidates(NamedTuple):
     returns: ScanReturns
     mapped: Booleans
     """(p,) True for returns that the map explains."""
+    has_map: bool
     cluster_of_return: Integers
     """(p,) −1: none."""
     body_of_return: Integers
@@ -157,23 +162,24 @@ class ScanClusters:
         """Log-odds (d,) of a person from the fits of shapes and from the classifier.
 
         Of legs the classifier decides, up to a bound beyond which both must agree: furniture has
-        clear legs, too, and a lone leg is no person by its shape. A torso needs both.
-        Without a map that shows bins and pillars, which are as round, it is bounded as well.
+        clear legs, too, and a lone leg is no person by its shape. Of a torso the fit of its disc
+        decides, unless the classifier doubts it. Without a map that shows bins and pillars, which
+        are as round, the classifier decides of a torso as well, and is bounded.
         """
         bodies, learned = seen.bodies, person_log_odds(seen.features, self._classifier)
         on_legs = _on_legs(bodies)
         alone = on_legs & (bodies.deviation >= self.parameters.leg_deviation)
         bound = np.where(alone, MAX_LONE_LEG_LOG_ODDS, np.maximum(bodies.log_odds, MAX_LOG_ODDS))
-        torso = np.minimum(bodies.log_odds, learned)
-        if not seen.mapped.any():
-            torso = np.minimum(torso, MAX_LOG_ODDS)
+        limit = learned + TORSO_MARGIN if seen.has_map else np.minimum(learned, MAX_LOG_ODDS)
+        torso = np.minimum(bodies.log_odds, limit)
         return np.where(on_legs, np.minimum(learned, bound), torso)
 
     def candidates(self, scan: Scan, X_MR: Floats, walls: DistanceField) -> ScanCandidates:
         """Candidates for people in a scan, with their features; arguments as for :meth:`detect`."""
         p = self.parameters
         seen = scan_returns(scan, X_MR)
-        mapped = walls.at(seen.points) < p.map_margin + p.map_margin_growth * seen.range
+        away = walls.at(seen.points)
+        mapped = away < p.map_margin + p.map_margin_growth * seen.range
         unmapped = np.flatnonzero(~mapped)
         cluster = np.full(len(mapped), -1, dtype=np.int64)
         gap = seen.range[unmapped] * seen.increment
@@ -184,7 +190,8 @@ class ScanClusters:
         beams = Beams(seen.points, seen.bearing, occluded, cluster, seen.origin, seen.increment)
         body_of_return, bodies = find_bodies(beams, self._sizes, self._prior, self._legs)
         features = candidate_features(beams, body_of_return, bodies)
-        return ScanCandidates(seen, mapped, cluster, body_of_return, bodies, features)
+        has_map = bool(away.min(initial=np.inf) < NO_WALL)
+        return ScanCandidates(seen, mapped, has_map, cluster, body_of_return, bodies, features)
 
 
 def _on_legs(bodies: BodyCandidates) -> Booleans:
