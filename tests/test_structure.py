@@ -72,7 +72,7 @@ BUDGET = {
     "planning": (7650, 48),
     "platforms": (3125, 22),
     "plotting": (2400, 14),
-    "recordings": (4150, 29),
+    "recordings": (4175, 29),
     "robots": (1850, 15),
     "ros2": (3075, 16),
     "safety": (450, 3),

@@ -101,6 +101,19 @@ def test_people_come_and_leave_and_are_missed_as_noted(film):
     assert 5.5 < gone[-1] < 5.6
 
 
+def test_people_who_walk_on_come_and_go_straight_and_are_else_as_noted(film):
+    plain, longer = replayed(film), replayed(film, walk_on=1.2)
+    for before, after in zip(plain, longer, strict=True):
+        seen = before.there
+        np.testing.assert_array_equal(after.position[seen], before.position[seen])
+    third = np.array([crowd.there[2] for crowd in longer])
+    assert np.flatnonzero(third)[[0, -1]] * DT == pytest.approx((0.8, 5.2))
+    at = [crowd.position[2] for crowd in longer]
+    # 1 m/s, from (3, 4) after 2 s to (3, 2) after 4 s.
+    np.testing.assert_allclose(at[round(1.0 / DT)], [3.0, 5.0], atol=1e-9)
+    np.testing.assert_allclose(at[round(5.1 / DT)], [3.0, 0.9], atol=1e-9)
+
+
 def test_velocities_are_those_of_the_way_and_who_comes_faces_it(film):
     crowds = replayed(film)
     for before, after in itertools.pairwise(crowds[45:76]):

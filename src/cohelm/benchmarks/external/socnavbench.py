@@ -41,9 +41,11 @@ from cohelm.recordings.pedestrians.socnavbench import episode_names, read_episod
 TITLE = "SocNavBench's episodes on recorded people, who do not react"
 RADIUS, MARGIN = 0.2, 12.0
 """Radius of a person in SocNavBench, and open floor around start and goal, m."""
-MOST, FRESH = 10.0, 2.0
-"""Cut-off of distances, m, and times to collision, s; time since a person appeared within which
-nobody could avoid them, s (assumed)."""
+WALK_ON = 60.0
+"""Time for which people come and go straight where the film has not got them any more, s: nobody
+appears or vanishes in a scanner's view."""
+MOST = 10.0
+"""Cut-off of distances, m, and times to collision, s."""
 MEASURES = (
     "reached", "person_collision", "standing_contact", "time", "time_ratio", "path_length_ratio",
     "path_irregularity", "goal_traversal_ratio", "motion_energy", "closest_pedestrian",
@@ -77,8 +79,6 @@ def socnavbench_columns(ride: Ride) -> Mapping[str, Any]:
     - ``closest_pedestrian``: distance of the centres, at most 10 m, mean over time, m.
     - ``socnavbench_ttc``: (distance of the centres − radius of the robot) over the closing speed
       along their line, smallest of all people, at most 10 s, mean over time, s.
-
-    ``seen_before`` is ours: time since a person who is touched in motion appeared, s.
     """
     to_goal = ride.goal - ride.pose[:, :2]
     straight = max(float(np.hypot(*to_goal[0])), 1e-9)
@@ -91,8 +91,6 @@ def socnavbench_columns(ride: Ride) -> Mapping[str, Any]:
     closing = ((ride.people[..., 2:] - velocity[:, None]) * offset).sum(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         times = (away - np.hypot(*ride.robot.outline.T).max()) * away / closing
-    hit = ride.hit_moving.any(axis=0)
-    seen = np.isfinite(away[:, hit]).sum(axis=0) * ride.step
     arrived = ride.outcome is Outcome.REACHED
     return {
         "path_length_ratio": path_length(ride) / straight if arrived else math.nan,
@@ -103,7 +101,6 @@ def socnavbench_columns(ride: Ride) -> Mapping[str, Any]:
         "socnavbench_ttc": float(
             np.where((times > 0.0) & (times < MOST), times, MOST).min(axis=1, initial=MOST).mean()
         ),
-        "seen_before": float(seen.min()) if hit.any() else math.nan,
     }
 
 
@@ -123,10 +120,12 @@ def episode_settings(file: Path, name: str) -> tuple[str, ...]:
         "floor_plan": {"size": [width, height], "rooms": {"Plaza": plaza}},
         "people.model.file": str(file),
         "people.model.episode": name,
+        "people.model.walk_on": WALK_ON,
         "people.model.at": move.tolist(),
         "start": [*start, round(math.degrees(section.robot_start_goal[0][2]), 3)],
         "goal": goal,
         "time_limit": section.max_time,
+        "patience": section.max_time,
     }
     return tuple(f"{key}={json.dumps(each)}" for key, each in values.items())
 
@@ -141,15 +140,8 @@ def episodes_report(results: Sequence[Result], folder: Path) -> BenchReport:
     rides = Rides([each.row for each in results], SPEC.by)
     planners, scenes = rides_by(rides, "planner"), rides_by(rides, "scene")
     matrices = (matrix_table(rides, name) for name in MEASURES[:4])
-    seen = {name: each.column("seen_before") for name, each in planners.items()}
-    notes = tuple(
-        f"{name}: {(each < FRESH).sum()} of {np.isfinite(each).sum()} people touched had appeared "
-        f"less than {FRESH:g} s before"
-        for name, each in seen.items()
-        if np.isfinite(each).any()
-    )
     sheets = (group_table("all episodes", planners, MEASURES), *matrices)
-    found = Findings(sheets, notes, {"planners": figures(planners, MEASURES)})
+    found = Findings(sheets, (), {"planners": figures(planners, MEASURES)})
     groups = {name: rides_by(each, "planner") for name, each in scenes.items()}
     return finish(results, folder, SPEC, found, groups)
 

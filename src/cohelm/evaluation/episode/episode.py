@@ -21,8 +21,6 @@ from cohelm.simulation import GroundTruth, is_standing
 
 SETTLING = 2.0
 """Longest time from the arrival at the goal's radius to a standstill, s."""
-PATIENCE = 20.0
-"""Longest time of standing before the ride ends as stopped, s."""
 PICTURE_STEP = 0.5
 """Time between the ticks that are recorded for pictures, s."""
 
@@ -182,7 +180,7 @@ class _Record:
             in_time = truth.time - self._entered <= SETTLING + 1e-9
             if in_time and bool(is_standing(truth.twist)):
                 return Outcome.REACHED
-        if self.stops.standing(truth.time) > PATIENCE:
+        if self.stops.standing(truth.time) > setup.scenario.patience:
             return Outcome.STOPPED
         if truth.time >= setup.scenario.time_limit - 1e-9:
             return Outcome.TIMEOUT

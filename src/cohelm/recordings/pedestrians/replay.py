@@ -71,6 +71,9 @@ class Replay:
         clear: float = Field(0.0, ge=0.0, le=100.0)
         """Minimum gap to the disc about the chair at which a person appears, m; who would appear
         nearer appears later. 0: all appear as recorded."""
+        walk_on: float = Field(0.0, ge=0.0, le=60.0)
+        """Time for which people walk straight on before they are first and after they are last
+        seen, s; 0: they appear and vanish as recorded."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
         """Time constant of turning the body to the direction of motion, s (assumed)."""
         walk: BaseModelSpec = DEFAULT_MODEL
@@ -181,7 +184,7 @@ class Replay:
         p = self.parameters
         if not p.file:
             return _NO_PEOPLE
-        film = _whole(_found(p.file), p.episode or p.case, p.unit, p.step)
+        film = _whole(_found(p.file), p.episode or p.case, p.unit, p.step, p.walk_on)
         return _window(film, p.begin, p.begin + p.seconds)
 
 
@@ -200,7 +203,13 @@ def _window(film: Trajectories, begin: float, end: float) -> Trajectories:
 
 
 @lru_cache(maxsize=4)
-def _whole(file: Path, case: int | str, unit: Unit | None, step: float | None) -> Trajectories:
+def _whole(
+    file: Path, case: int | str, unit: Unit | None, step: float | None, walk_on: float
+) -> Trajectories:
+    return _read(file, case, unit, step).walking_on(walk_on)
+
+
+def _read(file: Path, case: int | str, unit: Unit | None, step: float | None) -> Trajectories:
     if isinstance(case, str):
         return read_episode(file, case)[0]
     if file.suffix != ".npz":

@@ -104,6 +104,27 @@ class Trajectories:
             velocity=self.velocity[rows],
         )
 
+    def walking_on(self, seconds: float) -> Trajectories:
+        """Let all walk straight on before their first and after their last sample, s."""
+        n = len(self.id)
+        away = self.step * np.arange(1, round(seconds / self.step) + 1)
+        m = len(away)
+        # Each person's samples, with their first one m times before and their last one after them.
+        times = np.ones(len(self.time), dtype=np.int64)
+        np.add.at(times, self.first[:-1], m)
+        np.add.at(times, self.first[1:] - 1, m)
+        at, first = np.repeat(np.arange(len(times)), times), self.first + 2 * m * np.arange(n + 1)
+        shift = np.zeros(len(at))
+        shift[first[:-1, None] + np.arange(m)] = -away[::-1]
+        shift[first[1:, None] - np.arange(m) - 1] = away[::-1]
+        return replace(
+            self,
+            first=first,
+            time=self.time[at] + shift,
+            position=self.position[at] + shift[:, None] * self.velocity[at],
+            velocity=self.velocity[at],
+        )
+
     def _between(self, time: float, a: Integers, b: Integers) -> tuple[Floats, Floats]:
         """Evaluate the curve from samples ``a`` to ``b``; b = a at the last sample."""
         h = np.where(b > a, self.time[b] - self.time[a], 1.0)[:, None]
