@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
 
-from cohelm.perception.tracking.kalman import innovations, larger_deviation, predict, update
+from cohelm.perception.tracking.kalman import innovations, predict, update
 
 H = np.eye(2, 4)
 
@@ -74,9 +74,3 @@ def test_nobody_is_ordinary_and_arguments_stay():
     _, mean, covariance = tracks(1)
     mean.flags.writeable = covariance.flags.writeable = False
     update(*predict(mean, covariance, np.ones(7), np.ones(7)), np.zeros((7, 2)), np.ones(7))
-
-
-def test_larger_deviation_is_that_of_the_larger_eigenvalue():
-    _, _, covariance = tracks(5)
-    block = np.ascontiguousarray(covariance[:, :2, :2])
-    assert larger_deviation(block) == pytest.approx(np.sqrt(np.linalg.eigvalsh(block)[:, -1]))

@@ -18,7 +18,6 @@ from cohelm.simulation.sensors import (
     cast,
     scan_cloud,
     sweep_cloud,
-    visible_shares,
 )
 from cohelm.simulation.sensors.point_cloud import sensor_pose
 
@@ -190,22 +189,22 @@ def walker(**changes):
 def test_a_body_alone_is_wholly_visible_and_behind_a_wall_not_at_all():
     body = HumanBodies.standing(np.array([[8.0, 5.0]]))
     for mount in (lidar(), camera(), lidar(pose=(0, 0, 1.0, 0.1, 0.2, 0))):
-        assert visible_shares(mount, hall(), body, HERE).tolist() == [1.0]
-        assert visible_shares(mount, hall((7, 3, 7.2, 7)), body, HERE).tolist() == [0.0]
+        assert swept(mount, hall(), body).visible.tolist() == [1.0]
+        assert swept(mount, hall((7, 3, 7.2, 7)), body).visible.tolist() == [0.0]
 
 
 def test_behind_another_or_a_counter_a_body_is_partly_visible():
     mount = lidar(rings=64, azimuths=1024)
     # twice as far away the shadow is twice as wide: it ends in the middle of the one behind
     row = HumanBodies.standing(np.array([[7.0, 5.0], [9.0, 5.0 + 2 * 0.14 * 1.7]]))
-    before, behind = visible_shares(mount, hall(), row, HERE)
+    before, behind = swept(mount, hall(), row).visible
     assert before == 1.0
     assert 0.4 < behind < 0.75  # beside the first one's narrower legs more is seen
     # over a counter's edge, 2 m away and 1 m high, from 1.3 m up: at 3 m 1.3 − 0.3 · 3/2 = 0.85 m;
     # the lower half of 1.7 m is hidden, which is narrower
     body = HumanBodies.standing(np.array([[8.0, 5.0]]))
     counter = hall((6.9, 3.0, 7.0, 7.0), heights=1.0)
-    assert 0.4 < visible_shares(mount, counter, body, HERE)[0] < 0.75
+    assert 0.4 < swept(mount, counter, body).visible[0] < 0.75
 
 
 def test_who_is_met_is_told_of_every_point():
@@ -351,7 +350,7 @@ def test_blind_sectors_are_empty_and_the_rest_is_as_it_was():
     np.testing.assert_array_equal(blind[~inside], whole[~inside])
     # who stands in it is hidden by it
     ahead = HumanBodies.standing(np.array([[6.0, 5.0]]))
-    assert visible_shares(lidar(blind=(sector,)), hall(), ahead, HERE)[0] < 0.5
+    assert swept(lidar(blind=(sector,)), hall(), ahead).visible[0] < 0.5
 
 
 def test_nothing_nearer_than_the_least_range_is_seen():

@@ -173,7 +173,6 @@ export const chair = {
   "unstored.record": "Der Eintrag dieser Fahrt ({file}) ist nicht zu lesen.",
   "unstored.unwritable": "kann nicht geschrieben werden ({cause})",
   "unstored.unreadNow": "kann gerade nicht gelesen werden ({cause})",
-  "unstored.uncreated": "kann nicht angelegt werden ({cause})",
   "unstored.undeleted": "kann nicht gelöscht werden ({cause})",
   "unstored.unreadable": "ist nicht zu lesen",
   "unstored.unreadableBecause": "ist nicht zu lesen ({cause})",
@@ -185,7 +184,6 @@ export const chair = {
   "unstored.readOnly": "Datenträger nur lesbar",
   "unstored.denied": "Zugriff verweigert",
   "unstored.inputOutput": "Lese- oder Schreibfehler",
-  "unstored.noFile": "Datei oder Ordner fehlt",
   "unstored.riderFile": "Der Eintrag dieser Person ({rider}) ist nicht zu lesen.",
   "unstored.tooManyRiders": "enthält {n} Personen; löschen Sie welche",
 } as const;

@@ -173,7 +173,6 @@ export const chair = {
   "unstored.record": "The record of this ride ({file}) cannot be read.",
   "unstored.unwritable": "cannot be written ({cause})",
   "unstored.unreadNow": "cannot be read now ({cause})",
-  "unstored.uncreated": "cannot be created ({cause})",
   "unstored.undeleted": "cannot be deleted ({cause})",
   "unstored.unreadable": "cannot be read",
   "unstored.unreadableBecause": "cannot be read ({cause})",
@@ -185,7 +184,6 @@ export const chair = {
   "unstored.readOnly": "Read-only file system",
   "unstored.denied": "Permission denied",
   "unstored.inputOutput": "Input/output error",
-  "unstored.noFile": "No such file or directory",
   "unstored.riderFile": "The record of this rider ({rider}) cannot be read.",
   "unstored.tooManyRiders": "holds {n} riders; delete some",
 } as const;

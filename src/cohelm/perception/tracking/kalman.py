@@ -116,15 +116,6 @@ def innovations(
     return mahalanobis_sq, log_det
 
 
-@njit(**CACHED)
-def larger_deviation(covariance: Floats) -> Floats:
-    """√ of the larger eigenvalue of symmetric matrices (n, 2, 2); (n,)."""
-    out = np.empty(covariance.shape[0])
-    for t in range(covariance.shape[0]):
-        out[t] = larger_axis(covariance[t, 0, 0], covariance[t, 0, 1], covariance[t, 1, 1])
-    return out
-
-
 @njit(**CACHED, inline="always")
 def larger_axis(a: float, b: float, c: float) -> float:
     """√ of the larger eigenvalue of [[a, b], [b, c]]."""

@@ -8,7 +8,6 @@ from .point_cloud import (
     LabelledCloud,
     scan_cloud,
     sweep_cloud,
-    visible_shares,
 )
 from .static_scene import StaticScene
 
@@ -27,5 +26,4 @@ __all__ = [
     "scan_cloud",
     "sweep",
     "sweep_cloud",
-    "visible_shares",
 ]

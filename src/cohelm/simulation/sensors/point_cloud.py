@@ -324,13 +324,6 @@ def measured_cloud(
     )
 
 
-def visible_shares(
-    mount: CloudMount, scene: StaticScene, bodies: HumanBodies, X_MR: Floats
-) -> Floats:
-    """Visible share (n,) of each body; see :attr:`LabelledCloud.visible`."""
-    return _cast(mount, scene, bodies, X_MR)[2]
-
-
 def sensor_pose(mount: CloudMount, scene: StaticScene, X_MR: Floats) -> tuple[Floats, Floats]:
     """Origin (3,) and rotation (3, 3) of the sensor in the map frame.
 
