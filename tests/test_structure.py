@@ -78,7 +78,7 @@ BUDGET = {
     "safety": (450, 3),
     "scenarios": (2200, 12),
     "sharing": (1675, 10),
-    "simulation": (7275, 49),
+    "simulation": (7300, 49),
     "social": (300, 4),
     "testing": (2075, 14),
     "web": (2425, 18),

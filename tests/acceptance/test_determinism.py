@@ -61,14 +61,14 @@ def test_a_turned_empty_world_has_the_same_ride_turned(seed):
 
 
 @pytest.mark.parametrize("scenario", ["crossing", "box"])
-@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("seed", [3, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_turned_world_with_people_or_a_push_has_the_same_ride_turned(scenario, seed):
     """The first 4 s to 1e-6 m, in which people are tracked and avoided, or the push begins.
 
     Not the whole ride: each solve among people makes the rounding grow (from 1e-15 to about 1e-12
     within seconds), and where it meets a yes or no, as whether a plan near a person still counts
     as safe, the two rides may part by centimetres and are then different rides. Four of the seeds
-    0 to 7 of ``crossing`` meet one after 0.6 to 1.6 s; 2, 3, 4 and 6 stay within 1e-12 m.
+    0 to 7 of ``crossing`` meet one after 0.8 to 1.3 s; 1, 3, 5 and 7 stay within 1e-11 m.
     """
     made = stage(scenario, seed=seed)
     log, other = follow(made, 4.0), follow(moved(made, QUARTER), 4.0)

@@ -49,6 +49,8 @@ NEAR = 5.0
 """Distance from the cart within which people are compared, m."""
 BEYOND = 3.0
 """Distance by which simulated people aim beyond the recorded end, m."""
+HELD_OUT = slice(1, None, 2)
+"""Recordings of a kind with even numbers, on which no parameter of ``orca`` was chosen."""
 
 
 class Recording(NamedTuple):
@@ -84,6 +86,7 @@ def cart_encounters() -> Iterator[dict[str, Any]]:
         recorded = [manners(each.people, each.cart) for each in recordings]
         near = [each.gap < NEAR for each in recorded]
         yield _row(kind, "recorded", recorded, near)
+        yield _row(kind, "recorded, held out", recorded[HELD_OUT], near[HELD_OUT])
         for name, spec in MODELS.items():
             try:
                 model = plugins.build("pedestrian_models", spec)
@@ -92,6 +95,8 @@ def cart_encounters() -> Iterator[dict[str, Any]]:
                 continue
             walked = [manners(simulated(model, each), each.cart) for each in recordings]
             yield _row(kind, name, walked, near)
+            if name == "orca":
+                yield _row(kind, "orca, held out", walked[HELD_OUT], near[HELD_OUT])
 
 
 def simulated(model: Any, recording: Recording) -> Floats:

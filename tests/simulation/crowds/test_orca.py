@@ -175,6 +175,49 @@ def test_only_those_who_see_the_robot_avoid_it(make_crowd, make_scene):
     assert nearest_to_robot(make_crowd, make_scene, sees=True, share=0.5) >= 0.70
 
 
+def met_by_robot(make_crowd, make_scene, headway, *, speed, sees=True, y=0.0, **scene):
+    """Positions (k, 2) of a person in front of a robot in its own frame, walking towards it."""
+    crowd = make_crowd([[8.0, 0.1]], [[[-30.0, 0.1]]], sees_robot=np.array([sees]))
+    model = Orca(Orca.Parameters(robot_headway=headway, walls="grid" in scene))
+    rng, out = np.random.default_rng(0), []
+    for k in range(200):
+        robot = np.array([0.05 * k * speed, y])
+        velocity = np.array([speed, 0.0])
+        here = make_scene(robot_position=robot, robot_velocity=velocity, **scene)
+        crowd = model.step(crowd, here, 0.05, rng)
+        out.append(crowd.position[0] - robot)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 3.0])
+def test_people_leave_an_approaching_robot_more_room_the_faster_it_is(
+    make_crowd, make_scene, speed
+):
+    gaps = [
+        np.hypot(*met_by_robot(make_crowd, make_scene, h, speed=speed).T).min() for h in (0.0, 0.5)
+    ]
+    # Less than the whole distance covered in 0.5 s, since beside a person it approaches no more.
+    assert 0.2 * speed <= gaps[1] - gaps[0] <= 0.5 * speed
+
+
+@pytest.mark.parametrize(("sees", "speed"), [(True, 0.0), (False, 1.0)])
+def test_a_robot_that_stands_or_is_not_seen_changes_not_a_bit(make_crowd, make_scene, sees, speed):
+    walks = [met_by_robot(make_crowd, make_scene, h, speed=speed, sees=sees) for h in (0.0, 5.0)]
+    np.testing.assert_array_equal(*walks)
+
+
+def test_people_pass_an_oncoming_chair_in_a_corridor_of_two_metres(
+    make_crowd, make_scene, make_grid
+):
+    walls = ((0.0, 0.0, 60.0, 0.5), (0.0, 2.5, 60.0, 3.0))
+    grid = make_grid(60.0, 3.0, walls, X_MG=(-40.0, -1.5, 0.0))
+    found = met_by_robot(
+        make_crowd, make_scene, 0.5, speed=0.9, y=-0.4, grid=grid, robot_radius=0.63
+    )
+    assert (np.diff(found[:, 0]) < -0.9 * 0.05).all()  # never backwards, seen from the floor
+    assert found[-1, 0] < -1.0
+
+
 def test_nobody_there_is_ordinary(make_crowd, make_scene):
     crowd = make_crowd([], [])
     after = Orca().step(crowd, make_scene(), 0.05, np.random.default_rng(0))
@@ -192,6 +235,7 @@ def test_the_defaults_are_these():
         "walls": True,
         "robot_responsibility": 0.5,
         "robot_clearance": 0.15,
+        "robot_headway": 0.5,
         "robot_outline": False,
         "perturbation": 1.0,
         "agility": 6.0,

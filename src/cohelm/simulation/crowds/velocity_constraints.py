@@ -163,9 +163,14 @@ def orca_velocities(
     horizon: float,
     wall_horizon: float,
     robot_share: float,
+    robot_headway: float,
     dt: float,
 ) -> Floats:
-    """Compute the velocities (n, 2) of n people; further rows of the first arrays: the robot."""
+    """Compute the velocities (n, 2) of n people; further rows of the first arrays: the robot.
+
+    People would like to leave the robot the distance that it approaches in ``robot_headway``, s,
+    too. This changes the desired velocity only, so that walls and bodies come first.
+    """
     n = desired.shape[0]
     out = np.empty((n, 2))
     for i in range(n):
@@ -175,15 +180,23 @@ def orca_velocities(
         others = _neighbours(position, n, i, sees_robot[i], neighbor_dist, max_neighbors)
         hard = fixed.shape[0]
         planes = np.empty((hard + others.shape[0], 4))
+        wx, wy = desired[i]
         for k in range(hard):
             copy_row(planes[k], fixed[k])
         for k in range(others.shape[0]):
             j = others[k]
             share = robot_share if j >= n else 0.5
-            px, py, dx, dy = _orca_plane(position, velocity, radius, i, j, horizon, dt, share)
+            px, py, dx, dy = _orca_plane(position, velocity, radius, i, j, 0.0, horizon, dt, share)
             planes[hard + k, 0], planes[hard + k, 1] = px, py
             planes[hard + k, 2], planes[hard + k, 3] = dx, dy
-        vx, vy = best_velocity(planes, hard, max_speed[i], desired[i, 0], desired[i, 1])
+            margin = _margin(position, velocity, radius, i, j, robot_headway) if j >= n else 0.0
+            if margin > 0.0:
+                px, py, dx, dy = _orca_plane(
+                    position, velocity, radius, i, j, margin, horizon, dt, 1.0
+                )
+                lack = max(dx * (py - wy) - dy * (px - wx), 0.0)
+                wx, wy = wx - lack * dy, wy + lack * dx
+        vx, vy = best_velocity(planes, hard, max_speed[i], wx, wy)
         # Rounding must not lead through a wall.
         keep = allowed_share(fixed, vx, vy)
         out[i, 0], out[i, 1] = keep * vx, keep * vy
@@ -219,12 +232,27 @@ def _neighbours(
 
 
 @callee()
+def _margin(
+    position: Floats, velocity: Floats, radius: Floats, i: int, j: int, headway: float
+) -> float:
+    """Distance that ``j`` approaches ``i`` in ``headway``, at most half of the gap, m."""
+    px, py = position[i, 0] - position[j, 0], position[i, 1] - position[j, 1]
+    distance = math.hypot(px, py)
+    gap: float = distance - radius[i] - radius[j]
+    if gap <= 0.0:
+        return 0.0
+    approach: float = (velocity[j, 0] * px + velocity[j, 1] * py) / distance
+    return min(headway * approach, 0.5 * gap)
+
+
+@callee()
 def _orca_plane(
     position: Floats,
     velocity: Floats,
     radius: Floats,
     i: int,
     j: int,
+    margin: float,
     horizon: float,
     dt: float,
     share: float,
@@ -237,7 +265,7 @@ def _orca_plane(
     px, py = position[j, 0] - position[i, 0], position[j, 1] - position[i, 1]
     vx, vy = velocity[i, 0] - velocity[j, 0], velocity[i, 1] - velocity[j, 1]
     d2 = px * px + py * py
-    r = radius[i] + radius[j]
+    r = radius[i] + radius[j] + margin
     apart = d2 > r * r
     rate = 1.0 / horizon if apart else 1.0 / dt
     wx, wy = vx - rate * px, vy - rate * py
