@@ -11,7 +11,6 @@ from cohelm.messages import (
     LocalPlan,
     Observation,
     People,
-    Predictions,
     Reason,
     Request,
     RiderProfile,
@@ -159,62 +158,3 @@ def test_the_default_profile_is_pinned():
         "dead_zone": 0.05,
         "tight_speed": 3.0,
     }
-
-
-def futures():
-    """Two people with three hypotheses, one step."""
-    mean = np.arange(24.0).reshape(2, 3, 2, 2)
-    return Predictions(
-        step=0.5,
-        names=("keeps_going", "turns_left", "turns_right"),
-        weight=np.array([[0.2, 0.5, 0.3], [0.9, 0.04, 0.06]]),
-        mean=mean,
-        velocity=-mean,
-        deviation=mean[..., 0],
-    )
-
-
-def test_the_most_likely_future_of_each_person():
-    got = futures().most_likely()
-    assert got.names == ("likeliest",)
-    assert got.weight.tolist() == [[1.0], [1.0]]
-    assert identical(got.mean[:, 0], futures().mean[[0, 1], [1, 0]])
-    assert identical(got.deviation[:, 0], futures().deviation[[0, 1], [1, 0]])
-
-
-def test_several_likely_futures_in_their_order():
-    got = futures().likeliest(2)
-    assert got.names == ("likeliest", "likeliest_2")
-    # 0.5 : 0.3 and 0.9 : 0.06
-    assert got.weight == pytest.approx(np.array([[0.625, 0.375], [0.9375, 0.0625]]))
-    assert identical(got.velocity[1], futures().velocity[1, [0, 2]])
-    assert futures().likeliest(9).mean.shape == (2, 3, 2, 2)
-    with pytest.raises(ValueError, match="not 0"):
-        futures().likeliest(0)
-
-
-def test_futures_of_some_probability():
-    got = futures().likely(0.25)
-    assert got.weight == pytest.approx(np.array([[0.625, 0.375], [1.0, 0.0]]))
-    # nothing else is likely enough of the second: the same once more
-    assert identical(got.mean[1, 0], got.mean[1, 1])
-    assert futures().likely(0.95).weight.tolist() == [[1.0], [1.0]]
-
-
-def test_probability_of_what_is_called_so():
-    assert futures().probability("turns") == pytest.approx([0.8, 0.1])
-    assert futures().probability("keeps_going") == pytest.approx([0.2, 0.9])
-    assert futures().probability("flies").tolist() == [0.0, 0.0]
-
-
-def test_nobody_has_no_future():
-    nobody = Predictions(
-        step=0.5,
-        names=("a", "b"),
-        weight=np.empty((0, 2)),
-        mean=np.empty((0, 2, 3, 2)),
-        velocity=np.empty((0, 2, 3, 2)),
-        deviation=np.empty((0, 2, 3)),
-    )
-    assert nobody.most_likely().mean.shape == (0, 1, 3, 2)
-    assert nobody.likely(0.3).mean.shape == (0, 1, 3, 2)

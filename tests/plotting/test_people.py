@@ -1,9 +1,6 @@
-"""Pictures of the people in a recording, and of predictions."""
+"""Pictures of the people in a recording."""
 
 import dataclasses
-import importlib.util
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,13 +14,7 @@ from cohelm.plotting.charts import CostPanel, draw_costs_against
 from cohelm.plotting.people import PeopleMoment, PeopleRecord, draw_people, trails_until
 from cohelm.plotting.people_animation import animate_people
 from cohelm.social import PersonalSpace
-from cohelm.testing.scenes import straight_on, walkers
-
-_FILE = Path(__file__).parents[2] / "docs" / "figures" / "prediction_pictures.py"
-_SPEC = importlib.util.spec_from_file_location("prediction_pictures", _FILE)
-pictures = importlib.util.module_from_spec(_SPEC)
-sys.modules[_SPEC.name] = pictures
-_SPEC.loader.exec_module(pictures)
+from cohelm.testing.scenes import walkers
 
 
 def moment(time=0.0, n=3):
@@ -119,35 +110,3 @@ def test_costs_are_drawn(tmp_path):
     ]
     draw_costs_against(panels, tmp_path / "costs.png")
     assert (tmp_path / "costs.png").stat().st_size > 5000
-
-
-def predicted(names):
-    times = np.arange(4) * 0.1
-    people = walkers([[0.0, 0.0, 1.0, 0.0]])
-    told = straight_on(people, 3, 0.1)
-    n = len(names)
-    many = dataclasses.replace(
-        told,
-        names=tuple(names),
-        weight=np.full((1, n), 1.0 / n),
-        mean=np.repeat(told.mean, n, axis=1),
-        velocity=np.repeat(told.velocity, n, axis=1),
-        deviation=np.repeat(told.deviation, n, axis=1),
-    )
-    return pictures.PredictedChange(
-        title="stops", onset=0.2, times=times,
-        positions=np.stack([times, np.zeros(4)], axis=-1), predictions=[many] * 4,
-    )  # fmt: skip
-
-
-def test_futures_are_drawn_however_many_there_are(tmp_path):
-    draw_predictions = pictures.draw_predictions
-    walker = predicted([f"future_{k}" for k in range(9)])
-    for name in ("a.png", "b.png"):
-        draw_predictions([walker], tmp_path / name, moments=(0.0, 0.1), alarm=0.5, soon=0.6)
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
-    with pytest.raises(ConfigError, match="--plot"):
-        draw_predictions([walker], tmp_path / "a.txt", moments=(0.0,), alarm=0.5, soon=0.6)
-    (tmp_path / "folder.png").mkdir()
-    with pytest.raises(ConfigError, match="folder"):
-        draw_predictions([walker], tmp_path / "folder.png", moments=(0.0,), alarm=0.5, soon=0.6)

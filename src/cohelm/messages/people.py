@@ -80,60 +80,6 @@ class Predictions:
     deviation: Annotated[Floats, Shape("n h N+1")]
     """Standard deviation of the position, the larger axis, m."""
 
-    def probability(self, name: str) -> Floats:
-        """Probability (n,) of the hypotheses whose name begins with ``name``; 0 without any.
-
-        ``turns_aside`` covers both sides.
-        """
-        chosen = np.array([each.startswith(name) for each in self.names], dtype=np.bool_)
-        total: Floats = self.weight[:, chosen].sum(axis=1)
-        return total
-
-    def most_likely(self) -> Predictions:
-        """Return the most likely hypothesis of each person: h = 1."""
-        return self.likeliest(1)
-
-    def likeliest(self, k: int) -> Predictions:
-        """Return the ``k`` most likely hypotheses of each person, or all if there are fewer.
-
-        They are sorted by falling probability, per person: the first is named ``likeliest``, the
-        next ``likeliest_2`` and so on. Weights are normalised to sum to 1.
-
-        Raises:
-            ValueError: if k is less than 1.
-        """
-        if k < 1:
-            raise ValueError(f"k must be at least 1, not {k}")
-        order = np.argsort(-self.weight, axis=1, kind="stable")[:, :k]
-        return self._chosen(order, np.take_along_axis(self.weight, order, axis=1))
-
-    def likely(self, at_least: float) -> Predictions:
-        """Return each person's most likely hypothesis, and all others of that probability or more.
-
-        They are ordered and named as in :meth:`likeliest`. Unused columns of a person repeat the
-        most likely hypothesis with weight 0, so that they add no constraint.
-        """
-        order = np.argsort(-self.weight, axis=1, kind="stable")
-        weight = np.take_along_axis(self.weight, order, axis=1)
-        kept = weight >= at_least
-        kept[:, :1] = True
-        h = max(int(kept.sum(axis=1).max(initial=1)), 1)
-        order = np.where(kept, order, order[:, :1])[:, :h]
-        return self._chosen(order, np.where(kept, weight, 0.0)[:, :h])
-
-    def _chosen(self, which: Integers, weight: Floats) -> Predictions:
-        """Select hypotheses ``which`` (n, k) of each person, with weights ``weight`` (n, k)."""
-        row = np.arange(len(which))[:, None]
-        k = which.shape[1]
-        return Predictions(
-            step=self.step,
-            names=("likeliest", *(f"likeliest_{j}" for j in range(2, k + 1))),
-            weight=weight / weight.sum(axis=1, keepdims=True),
-            mean=self.mean[row, which],
-            velocity=self.velocity[row, which],
-            deviation=self.deviation[row, which],
-        )
-
 
 @value
 class GroupSpaces:

@@ -23,17 +23,12 @@ from .pipeline import (
     pose_at,
 )
 from .prediction.constant_velocity import ConstantVelocity
-from .prediction.hypotheses import (
-    HYPOTHESES,
-    Hypotheses,
-)
 from .preprocessing.scan_returns import ScanReturns, scan_returns
 from .scan_detection.scan_clusters import ScanClusters
 from .tracking.given_people import GivenPeople
 from .tracking.kalman_tracker import KalmanTracker
 
 __all__ = [
-    "HYPOTHESES",
     "Affinity",
     "ChangeDetectionParameters",
     "CloudClusters",
@@ -46,7 +41,6 @@ __all__ = [
     "GroundMap",
     "GroundParameters",
     "GroupDetector",
-    "Hypotheses",
     "KalmanTracker",
     "NoGroups",
     "ObstacleLayerParameters",

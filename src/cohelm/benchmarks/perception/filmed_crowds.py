@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
@@ -16,14 +15,12 @@ from cohelm.benchmarks.claims import (
     skipped,
 )
 from cohelm.errors import PluginError
-from cohelm.evaluation.perception.behaviour_changes import SOON, change_delays, simulated_changes
 from cohelm.evaluation.perception.crowd_scores import crowd_scores
 from cohelm.evaluation.perception.filmed_crowd import REQUIRED
 from cohelm.evaluation.perception.group_scores import group_scores
 from cohelm.evaluation.perception.prediction_scores import (
     AHEAD,
-    alarms,
-    likelihoods,
+    by_person,
     predict_film,
 )
 from cohelm.evaluation.perception.recording_view import parts_of, perception_of
@@ -48,13 +45,12 @@ class PredictedFilm(NamedTuple):
     """Rates of the scans, Hz; None: the film's own."""
     ahead: float = AHEAD
     """Prediction time, s."""
-    judged: bool = True
 
 
 PREDICTED = {
     **{name: PredictedFilm(file) for name, file in FILMS.items()},
-    # Frames of HERMES lie 1/16 s apart; no person turns or stops in its corridor.
-    "HERMES": PredictedFilm("hermes_uo-050-180-180.txt", (10.0, 2.5), 1.25, judged=False),
+    # Frames of HERMES lie 1/16 s apart.
+    "HERMES": PredictedFilm("hermes_uo-050-180-180.txt", (10.0, 2.5), 1.25),
 }
 WINDOW = 60.0
 """Part of a film that every seed adds, s."""
@@ -63,10 +59,6 @@ MOST_ERROR, MOST_SLIP = Bound(high=0.10), Bound(high=0.20)
 """Position error, m, and velocity error, m/s."""
 LEAST_PAIRS = Bound(low=0.80)
 """Pairwise F1 of groups."""
-MOST_ALARMS = Bound(high=0.05)
-"""Share of frames in which another hypothesis is predicted for a person who continues."""
-LEAST_NOTICED = Bound(low=1.0)
-"""Share of the changes of motion that are detected."""
 
 
 def crowd(
@@ -122,7 +114,7 @@ def groups(settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
 
 
 def prediction(settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
-    """Likelihood of the true positions as predicted some time before, on whole films."""
+    """Error and likelihood of the positions predicted some time before, on whole films."""
     predictor = _predictor(settings)
     for name, film in PREDICTED.items():
         file = outside_file("pedestrians", film.file)
@@ -139,51 +131,17 @@ def _predicted(
     scans: str, watched: TrackedFilm, predictor: Predictor, film: PredictedFilm
 ) -> Iterator[dict[str, Any]]:
     part, name = "prediction", type(predictor).__name__
-    found = likelihoods(watched, predictor, ahead=film.ahead)
-    alarm = alarms(predict_film(watched, predictor, ahead=film.ahead))
-    counts = f"{found.frames} frames of {found.people} people, the whole film"
+    seen = predict_film(watched, predictor, ahead=film.ahead)
+    error, likely = by_person(seen.error, seen.person), seen.log_likelihood().mean()
+    counts = f"{len(seen.person)} frames of {len(np.unique(seen.person))} people, the whole film"
     yield measured(
-        part, f"{scans}: ln L at {film.ahead:g} s", found.mean.mean, unit="ln 1/m²",
-        remark=f"{name}: {counts}; 90 % regions hold {found.within_90:.1%}",
+        part, f"{scans}: error at {film.ahead:g} s", error.mean, unit="m",
+        remark=f"{name}: {counts}; 95 % [{error.low:.3f}, {error.high:.3f}]",
     )  # fmt: skip
-    rivals = {
-        "average weights": found.over_mean_weights,
-        "weights by hindsight": found.over_fixed,
-        "constant velocity": found.over_constant,
-    }
-    for rival, gain in rivals.items():
-        yield measured(
-            part, f"{scans}: over {rival}", gain.low,
-            bound=Bound(low=0.0) if film.judged else None, valid=gain.low > 0.0,
-            remark=f"gain {gain.mean:.3f}, of which the lower end of the 95 % interval over people",
-        )  # fmt: skip
     yield measured(
-        part, f"{scans}: false alarms", alarm.share, bound=MOST_ALARMS if film.judged else None,
-        remark=f"{alarm.false} of {alarm.frames} frames; {alarm.predicted} alarms in all",
+        part, f"{scans}: ln L at {film.ahead:g} s", likely, unit="ln 1/m²",
+        remark=f"90 % regions hold {seen.within(0.9):.1%}",
     )  # fmt: skip
-
-
-def maneuvers(settings: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
-    """Delay until stops and turns of simulated pedestrians are detected."""
-    part, predictor = "changes of motion", _predictor(settings)
-    found = change_delays(simulated_changes(seed=0), predictor)
-    for names, what in (("", "all"), ("stops", "stops"), ("turns", "turns")):
-        meant = np.array([each.startswith(names) for each in found.names])
-        late = float(np.quantile(found.delay[meant], 0.95, method="higher"))
-        within = f"95 % within {late:.2f} s" if math.isfinite(late) else "more than 5 % never"
-        yield measured(
-            part,
-            f"{what}, share detected within {SOON:g} s",
-            found.share(names),
-            bound=None if names else LEAST_NOTICED,
-            remark=f"{type(predictor).__name__}: {meant.sum()} simulated; {within}",
-        )
-    yield measured(
-        part,
-        "predicted before the change",
-        found.early / max(found.ticks, 1),
-        remark=f"{found.early} of {found.ticks} ticks",
-    )
 
 
 def cost(
@@ -204,7 +162,7 @@ def cost(
 
 
 def _predictor(settings: Sequence[str]) -> Predictor:
-    made = parts_of(("predictor.use=hypotheses", *settings), ("predictor",))["predictor"]
+    made = parts_of(settings, ("predictor",))["predictor"]
     return cast("Predictor", made)
 
 

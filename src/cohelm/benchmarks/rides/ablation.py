@@ -69,13 +69,7 @@ VARIANTS: Mapping[str, Ablation] = {
     ),
     "no prediction": Ablation(
         "people are expected to stand still",
-        ("predictor.use=constant_velocity", "predictor.velocity_share=0"),
-    ),
-    "one hypothesis": Ablation(
-        "people are expected to continue", ("predictor.use=constant_velocity",)
-    ),
-    "five hypotheses": Ablation(
-        "people may continue, stop, turn back or turn aside", ("predictor.use=hypotheses",)
+        ("predictor.velocity_share=0",),
     ),
     "no barriers": Ablation(
         "people are costs by distance only, in the search and in the program",

@@ -33,13 +33,11 @@ from cohelm.perception.cloud_detection.columns import (
 from cohelm.perception.cloud_detection.ground import ground_heights
 from cohelm.perception.cloud_detection.segmentation import (
     SplitLimits,
-    occluded_ends,
     skyline,
     split_clusters,
 )
 from cohelm.perception.clustering.dbscan import dbscan
 from cohelm.perception.clustering.ellipses import bounding_ellipses
-from cohelm.perception.clustering.shape_fits import DiscPrior
 from cohelm.perception.preprocessing.merged_cloud import MergedCloud, merge_clouds
 
 _TORSO = (0.8, 1.5)
@@ -86,20 +84,15 @@ class ShapeFeatures(NamedTuple):
     out of view."""
     filled: Floats
     """Share of the layers from bottom to top with returns."""
-    occluded: Floats
-    """Number of occluded ends."""
 
 
 @njit(**CACHED)
-def shape_features(
-    columns: Columns, labels: Integers, line: Floats, gaps: tuple[float, float]
-) -> ShapeFeatures:
+def shape_features(columns: Columns, labels: Integers, gaps: tuple[float, float]) -> ShapeFeatures:
     """Compute the features of each segment.
 
     Args:
         columns: q columns.
         labels: (q,) segment of each column, −1: none.
-        line: the skyline.
         gaps: angles between neighbouring azimuths, and elevations, rad.
     """
     s = labels.max() + 1 if labels.size else 0
@@ -133,7 +126,6 @@ def shape_features(
         if not torso.any():
             torso[:] = True
         head = (layers & _bits(last * LAYER - _HEAD, (last + 1) * LAYER)) != 0
-        right, left = occluded_ends(centre[members[torso]], line)
         side, behind, radius = _body_centre(across, along, torso, head, top, gaps[0] * distance)
         out.mean[k, 0], out.mean[k, 1] = mx, my
         out.centre[k, 0] = -uy * side + ux * behind
@@ -143,7 +135,6 @@ def shape_features(
         out.depth[k] = along[torso].max() - along[torso].min()
         out.head[k] = across[head].max() - across[head].min()
         out.sheer[k], out.filled[k] = sheer, _filled(union, bottom, top)
-        out.occluded[k] = int(right) + int(left)
     return out
 
 
@@ -162,7 +153,6 @@ def _no_features(s: int) -> ShapeFeatures:
         head=np.zeros(s),
         sheer=np.zeros(s),
         filled=np.zeros(s),
-        occluded=np.zeros(s),
     )
 
 
@@ -220,8 +210,8 @@ def _filled(layers: int, bottom: float, top: float) -> float:
 def person_log_odds(shape: ShapeFeatures, beside: Floats, cloud: MergedCloud) -> Floats:
     """ln(p / (1 − p)) that each of s segments is a person, from its shape alone; (s,).
 
-    Sum of independent bounded evidence; assumed. Parts that are out of view, occluded, or between
-    the sensor's rings give no evidence. A segment cut by the end of the range may be part of
+    Sum of independent bounded evidence; assumed. Parts that are out of view or between the sensor's
+    rings give no evidence. A segment cut by the end of the range may be part of
     anything, and gets no positive evidence.
 
     Args:
@@ -233,19 +223,18 @@ def person_log_odds(shape: ShapeFeatures, beside: Floats, cloud: MergedCloud) ->
     lowest, highest = cloud.in_view(shape.mean)
     above = highest - shape.top > _VIEW_MARGIN
     below = lowest < _KNEE
-    occluded = shape.occluded > 0.0
     aside, upright = cloud.azimuth_step * distance, cloud.elevation_step * distance
     sharp = np.clip(1.5 - 5.0 * upright, 0.0, 1.0)
     # The summands below are assumed; each is bounded, and 0 where its part is not visible.
     odds = _height_log_odds(shape.top, upright, above)
-    odds += _width_log_odds(shape.width + aside, occluded)
+    odds += 0.6 - 10.0 * np.clip(shape.width + aside - 0.7, 0.0, 0.4)
     odds += sharp * _head_log_odds((shape.head + aside) / (shape.width + aside), above)
     # Walls and furniture are as wide below as above, a person stands on legs.
     sheer = shape.sheer
     odds += np.where(np.isnan(sheer) | ~below, 0.0, np.clip(10.0 * (0.5 - sheer), -2.0, 1.5))
     # A body has no gaps from bottom to top, and reaches down to its knees at least.
     odds -= 3.0 * sharp * (1.0 - shape.filled)
-    odds -= np.where(below & ~occluded, 3.0 * np.clip(shape.bottom - 0.7, 0.0, 0.7), 0.0)
+    odds -= np.where(below, 3.0 * np.clip(shape.bottom - 0.7, 0.0, 0.7), 0.0)
     # A person is not deep, and touches nothing.
     odds -= 4.0 * np.clip(shape.depth - 0.45, 0.0, 0.5)
     odds -= 4.0 * beside
@@ -258,13 +247,6 @@ def _height_log_odds(top: Floats, gap: Floats, visible: Booleans) -> Floats:
     """Evidence of the height (s,): an adult's is likely, a child's less; none is above 2.0 m."""
     odds = np.where(visible, 0.4 - 5.0 * np.clip(1.4 - top - gap, 0.0, 0.6), 0.0)
     return odds - 12.0 * np.clip(top - 2.0, 0.0, 0.4)
-
-
-def _width_log_odds(width: Floats, occluded: Booleans) -> Floats:
-    """Evidence of the torso's breadth (s,); a narrow, partly occluded one gives none."""
-    thin = np.clip(0.22 - width, 0.0, 0.2)
-    wide = np.clip(width - 0.7, 0.0, 0.4)
-    return np.where(occluded & (width < 0.35), 0.0, 0.6 - 20.0 * thin - 10.0 * wide)
 
 
 def _head_log_odds(share: Floats, visible: Booleans) -> Floats:
@@ -285,8 +267,6 @@ _ABOVE_CLEARANCE = 1.0
 """Returns up to this far above the clearance show whether an object continues there, m."""
 _TOUCHING_COLUMNS = 3.0
 """Distance at which two objects touch, in columns."""
-_OCCLUDED_END_NOISE = 0.05
-"""Standard deviation of a centre added for each occluded end, m."""
 
 
 class _Bodies(NamedTuple):
@@ -307,8 +287,8 @@ class CloudClusters:
 
     What is higher than a table is clustered separately, so that a person at a table is not merged
     with it; lower columns join a body as its legs, or remain an obstacle. Returns that the static
-    map explains belong to no person. A cluster wider than one person is split between its runs, its
-    heads and its bodies. Height, width, head and legs give the probability of a person.
+    map explains belong to no person. A cluster wider than one person is split between its runs
+    and its heads. Height, width, head and legs give the probability of a person.
     """
 
     class Parameters(Model):
@@ -353,12 +333,6 @@ class CloudClusters:
         """Width from which two heads are searched, m."""
         split_to: float = Field(3.0, gt=0.0, le=10.0)
         """Largest width of a cluster that is split into several people, m."""
-        body_radius: float = Field(0.2, gt=0.05, le=1.0)
-        """r₀ of the disc of a body for splits, m."""
-        body_radius_deviation: float = Field(0.05, gt=0.0, le=0.5)
-        """Its standard deviation, m."""
-        body_noise: float = Field(0.05, gt=0.0, le=0.5)
-        """Standard deviation of columns about that disc, m: a body is no disc."""
         legs: float = Field(0.5, ge=0.0, le=2.0)
         """Small low objects this near a body's centre are its legs, m (half a stride)."""
         min_log_odds: float = Field(-2.0, ge=-10.0, le=10.0)
@@ -380,7 +354,6 @@ class CloudClusters:
             clearance=p.clearance,
             top=top,
         )
-        self._body = DiscPrior(p.body_radius, p.body_radius_deviation, p.body_noise)
 
     def detect(
         self, clouds: tuple[PointCloud, ...], X_MR: Floats, walls: DistanceField
@@ -438,18 +411,14 @@ class CloudClusters:
             count,
         )
         segment = np.where(cluster < count, cluster, -1)
-        shape = shape_features(columns, segment, line, (cloud.azimuth_step, cloud.elevation_step))
+        shape = shape_features(columns, segment, (cloud.azimuth_step, cloud.elevation_step))
         odds = person_log_odds(shape, beside, cloud)
         distance = np.hypot(shape.mean[:, 0], shape.mean[:, 1])
         size = np.maximum(shape.width, shape.depth)
         possible = (size <= p.widest + cloud.azimuth_step * distance) & (odds >= p.min_log_odds)
         number = np.append(np.where(possible, np.cumsum(possible) - 1, -1), -1)
         at = shape.mean if p.centre == "printed" else shape.centre
-        noise = (
-            p.position_noise
-            + p.position_noise_growth * distance
-            + _OCCLUDED_END_NOISE * shape.occluded
-        )
+        noise = p.position_noise + p.position_noise_growth * distance
         odds = np.minimum(odds, p.max_log_odds)
         bodies = _Bodies(
             centre=at[possible],
@@ -474,12 +443,11 @@ class CloudClusters:
             line,
             SplitLimits(
                 heads_from=p.heads_from,
-                bodies_from=p.widest,
-                bodies_to=p.split_to,
+                runs_from=p.widest,
+                heads_to=p.split_to,
                 gap=p.epsilon,
                 gap_growth=gap,
             ),
-            self._body,
         )
         count = int(cluster.max(initial=-1)) + 1
         below = dbscan(columns.centre[low], epsilon[low], p.min_samples)

@@ -11,7 +11,6 @@ from numba import njit
 from cohelm.array_kernels import members_by_label, stable_order
 from cohelm.arrays import Booleans, Floats, Integers
 from cohelm.kernels import CACHED, callee
-from cohelm.perception.clustering.shape_fits import DiscPrior, split_discs
 
 _DIRECTIONS = 720
 """Directions of a full turn for occlusion (0.5° each)."""
@@ -29,10 +28,10 @@ class SplitLimits(NamedTuple):
 
     heads_from: float
     """Width from which heads are searched."""
-    bodies_from: float
-    """Width from which bodies are searched: that of one person."""
-    bodies_to: float
-    """Largest width that is split into bodies."""
+    heads_to: float
+    """Width up to which heads are searched."""
+    runs_from: float
+    """Width from which a cluster is split into runs: that of one person."""
     gap: float
     """Least gap between objects."""
     gap_growth: float
@@ -54,33 +53,6 @@ def _direction(x: float, y: float) -> int:
     return int((math.atan2(y, x) / (2.0 * math.pi) + 0.5) * _DIRECTIONS) % _DIRECTIONS
 
 
-@callee()
-def occluded_ends(points: Floats, line: Floats) -> tuple[bool, bool]:
-    """True for the right (clockwise) and the left end of an object (m, 2) if something hides it.
-
-    line: the ``skyline``.
-    """
-    x, y = points[:, 0].mean(), points[:, 1].mean()
-    away, middle = math.hypot(x, y), math.atan2(y, x)
-    low, high = 0.0, 0.0
-    for i in range(points.shape[0]):
-        turn = math.atan2(points[i, 1], points[i, 0]) - middle
-        turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
-        low, high = min(low, turn), max(high, turn)
-    near = away - _OCCLUSION_STEP
-    right = left = False
-    for k in range(1, 4):
-        step = k * 2.0 * math.pi / _DIRECTIONS
-        right |= line[_at(middle + low - step)] < near
-        left |= line[_at(middle + high + step)] < near
-    return right, left
-
-
-@callee()
-def _at(angle: float) -> int:
-    return math.floor((angle / (2.0 * math.pi) + 0.5) * _DIRECTIONS) % _DIRECTIONS
-
-
 @njit(**CACHED)
 def split_clusters(
     points: Floats,
@@ -88,12 +60,11 @@ def split_clusters(
     labels: Integers,
     line: Floats,
     limits: SplitLimits,
-    body: DiscPrior,
 ) -> Integers:
     """Split clusters that are wider than one person: segments (q,) from 0, −1: none.
 
-    A wide cluster is split into runs that lie side by side at about the same distance; a run is
-    split between two heads, and where two bodies explain it better than one object.
+    A wide cluster is split into runs that lie side by side at about the same distance, and a run
+    between two heads.
 
     Args:
         points: (q, 2) from the sensor, m.
@@ -101,7 +72,6 @@ def split_clusters(
         labels: (q,) cluster of each, −1: none.
         line: the ``skyline``.
         limits: sizes that decide on splits.
-        body: the disc of a body.
     """
     out = np.full(labels.size, -1, dtype=np.int64)
     if labels.size == 0:
@@ -111,8 +81,8 @@ def split_clusters(
     order, first = members_by_label(labels, clusters)
     for cluster in range(clusters):
         members = order[first[cluster] : first[cluster + 1]]
-        if _extent(points[members]) <= limits.bodies_from:
-            count = _split_run(points, highest, members, limits, body, out, count)
+        if _extent(points[members]) <= limits.runs_from:
+            count = _split_run(points, highest, members, limits, out, count)
             continue
         # Side by side from the right to the left, without what is seen over a shoulder.
         members = members[stable_order(_bearings(points[members]))]
@@ -121,7 +91,7 @@ def split_clusters(
         for k in range(1, members.size + 1):
             last = k == members.size
             if last or _is_separate(points[members[k - 1]], points[members[k]], limits):
-                count = _split_run(points, highest, members[start:k], limits, body, out, count)
+                count = _split_run(points, highest, members[start:k], limits, out, count)
                 start = k
     return out
 
@@ -174,13 +144,12 @@ def _split_run(
     highest: Floats,
     run: Integers,
     limits: SplitLimits,
-    body: DiscPrior,
     out: Integers,
     count: int,
 ) -> int:
-    """Split a run between heads or bodies; number the parts in ``out`` from ``count`` on.
+    """Split a run between heads; number the parts in ``out`` from ``count`` on.
 
-    Returns the next number. Runs wider than ``bodies_to`` remain whole.
+    Returns the next number. Runs wider than ``heads_to`` remain whole.
     """
     todo = np.empty((run.size + 1, 2), dtype=np.int64)
     todo[0, 0], todo[0, 1], left = 0, run.size, int(run.size > 0)
@@ -191,11 +160,9 @@ def _split_run(
         part = run[start:stop]
         width = _extent(points[part])
         at = 0
-        if limits.heads_from < width <= limits.bodies_to and part.size >= 4:
+        if limits.heads_from < width <= limits.heads_to and part.size >= 4:
             order, at = _between_heads(points[part], highest[part], limits)
             run[start:stop] = part[order]
-            if at == 0 and width > limits.bodies_from:
-                at = split_discs(points[run[start:stop]], np.zeros(2), body)
         if at > 0:
             todo[left, 0], todo[left, 1] = start, start + at
             todo[left + 1, 0], todo[left + 1, 1] = start + at, stop
