@@ -42,7 +42,6 @@ RIDES: dict[str, tuple[str, int, dict[str, Any]]] = {
     "hospital/nudge": (HOSPITAL, 2, {"mode": "shared", "rider.use": "nudge"}),
     "hospital/unseeing": (HOSPITAL, 5, {"mode": "autonomous", "people.see_robot": False}),
     "hospital/upf": (HOSPITAL, 6, {"mode": "autonomous", "global_planner.use": "upf"}),
-    "hospital/hypotheses": (HOSPITAL, 7, {"mode": "shared", "predictor.use": "hypotheses"}),
     "hospital/tremor": (HOSPITAL, 8, {"mode": "assisted", "rider.use": "tremor"}),
     "hospital/social_force": (HOSPITAL, 9, {"people.model.use": "social_force"}),
     **{

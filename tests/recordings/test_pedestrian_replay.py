@@ -114,6 +114,19 @@ def test_people_who_walk_on_come_and_go_straight_and_are_else_as_noted(film):
     np.testing.assert_allclose(at[round(5.1 / DT)], [3.0, 0.9], atol=1e-9)
 
 
+def test_who_walks_on_keeps_the_mean_pace_of_a_second_and_who_is_seen_once_stays(tmp_path):
+    # 1 m/s, but for a last step of 0.4 m in 0.1 s; another is seen once
+    rows = [(k, 1, 0.1 * k, 0.0) for k in range(20)] + [(20, 1, 2.3, 0.0), (5, 2, 9.0, 9.0)]
+    file = tmp_path / "ends.txt"
+    file.write_text("".join(f"{f} {who} {x} {y}\n" for f, who, x, y in rows))
+    film = read_trajectories(file, step=0.1)
+    longer = film.walking_on(2.0)
+    assert longer.begin.tolist() == pytest.approx([-2.0, 0.5])
+    assert longer.position[longer.first[1] - 1] == pytest.approx([2.3 + 2.0 * 1.3, 0.0])
+    assert len(longer.time) == len(film.time) + 40
+    assert film.walking_on(0.0) is film
+
+
 def test_velocities_are_those_of_the_way_and_who_comes_faces_it(film):
     crowds = replayed(film)
     for before, after in itertools.pairwise(crowds[45:76]):

@@ -12,7 +12,6 @@ import time
 from dataclasses import replace
 
 from cohelm.evaluation import Outcome, run
-from cohelm.evaluation.episode.episode import PATIENCE
 from cohelm.navigation import Navigator
 from cohelm.ros2.command_process import WheelCommand
 from cohelm.ros2.platform import RobotNode
@@ -56,7 +55,10 @@ def ride(scenario, seed):
                 if row["arrived"] is not None:
                     return Outcome.REACHED, row["arrived"], lost, row["steps"]
                 stood = 0.0 if abs(row["speed"]) > 0.02 else stood + 0.05
-                if row["time"] >= setup.scenario.time_limit or stood > PATIENCE:
+                if (
+                    row["time"] >= setup.scenario.time_limit
+                    or stood > setup.scenario.standing_limit
+                ):
                     return Outcome.STOPPED, row["time"], lost, row["steps"]
                 first = tick is None
                 if first:

@@ -173,7 +173,7 @@ class Scenario(Model):
     """Faults to inject, with their times."""
     time_limit: float = Field(180.0, ge=0.05, le=3600.0)
     """Longest simulated time, s; at least one control step."""
-    patience: float = Field(20.0, gt=0.0, le=3600.0)
+    standing_limit: float = Field(20.0, gt=0.0, le=3600.0)
     """Longest time of standing before the ride ends as stopped, s."""
     seed: int = Field(0, ge=0)
     """Default seed."""

@@ -42,7 +42,7 @@ TITLE = "SocNavBench's episodes on recorded people, who do not react"
 RADIUS, MARGIN = 0.2, 12.0
 """Radius of a person in SocNavBench, and open floor around start and goal, m."""
 WALK_ON = 60.0
-"""Time for which people come and go straight where the film has not got them any more, s: nobody
+"""Time for which people come and go straight where the film no longer shows them, s: nobody
 appears or vanishes in a scanner's view."""
 MOST = 10.0
 """Cut-off of distances, m, and times to collision, s."""
@@ -125,7 +125,7 @@ def episode_settings(file: Path, name: str) -> tuple[str, ...]:
         "start": [*start, round(math.degrees(section.robot_start_goal[0][2]), 3)],
         "goal": goal,
         "time_limit": section.max_time,
-        "patience": section.max_time,
+        "standing_limit": section.max_time,
     }
     return tuple(f"{key}={json.dumps(each)}" for key, each in values.items())
 

@@ -180,7 +180,7 @@ class _Record:
             in_time = truth.time - self._entered <= SETTLING + 1e-9
             if in_time and bool(is_standing(truth.twist)):
                 return Outcome.REACHED
-        if self.stops.standing(truth.time) > setup.scenario.patience:
+        if self.stops.standing(truth.time) > setup.scenario.standing_limit:
             return Outcome.STOPPED
         if truth.time >= setup.scenario.time_limit - 1e-9:
             return Outcome.TIMEOUT

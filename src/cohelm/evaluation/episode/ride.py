@@ -28,7 +28,7 @@ class Outcome(StrEnum):
     FELL = "fell"
     """A wheel dropped over an edge that the chair cannot take."""
     STOPPED = "stopped"
-    """The chair stood for more than 20 s."""
+    """The chair stood for longer than ``standing_limit``."""
     TIMEOUT = "timeout"
     """The time limit came first."""
     ENDED = "ended"

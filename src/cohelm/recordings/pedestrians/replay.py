@@ -73,7 +73,7 @@ class Replay:
         nearer appears later. 0: all appear as recorded."""
         walk_on: float = Field(0.0, ge=0.0, le=60.0)
         """Time for which people walk straight on before they are first and after they are last
-        seen, s; 0: they appear and vanish as recorded."""
+        seen, also through walls, s; 0: they appear and vanish as recorded."""
         turn_time: float = Field(0.3, gt=0.0, le=5.0)
         """Time constant of turning the body to the direction of motion, s (assumed)."""
         walk: BaseModelSpec = DEFAULT_MODEL

@@ -15,6 +15,7 @@ obsmat file are ignored: they are differences of the positions, computed differe
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -27,6 +28,8 @@ from cohelm.recordings.pedestrians.scales import METRES, Unit, check_scale, read
 LONGEST_GAP = 5
 """Maximum gap between two samples of a person, in steps of the file, that is interpolated. Frames,
 not seconds: gaps are annotators' omissions."""
+MAX_PACE = 2.0
+"""Maximum speed of people who walk on beyond a film, m/s: the ends of tracks are noisy."""
 
 
 @value
@@ -42,7 +45,7 @@ class Trajectories:
     first: Annotated[Integers, Shape("n+1")]
     """Index of each person's first sample; the last entry is k."""
     time: Annotated[Floats, Shape("k")]
-    """s since the file's first frame."""
+    """s since the file's first frame; negative where :meth:`walking_on` extended a track."""
     position: Annotated[Floats, Shape("k 2")]
     """In the frame of the file, m."""
     velocity: Annotated[Floats, Shape("k 2")]
@@ -105,24 +108,31 @@ class Trajectories:
         )
 
     def walking_on(self, seconds: float) -> Trajectories:
-        """Let all walk straight on before their first and after their last sample, s."""
-        n = len(self.id)
-        away = self.step * np.arange(1, round(seconds / self.step) + 1)
-        m = len(away)
-        # Each person's samples, with their first one m times before and their last one after them.
-        times = np.ones(len(self.time), dtype=np.int64)
-        np.add.at(times, self.first[:-1], m)
-        np.add.at(times, self.first[1:] - 1, m)
-        at, first = np.repeat(np.arange(len(times)), times), self.first + 2 * m * np.arange(n + 1)
-        shift = np.zeros(len(at))
-        shift[first[:-1, None] + np.arange(m)] = -away[::-1]
-        shift[first[1:, None] - np.arange(m) - 1] = away[::-1]
+        """Extend each person's track straight on before its first and after its last sample, s.
+
+        At the mean velocity of its first or last second, at most ``MAX_PACE``; who is seen once
+        stays as seen. Times before the first frame are negative.
+        """
+        if not seconds or len(self.id) == 0:
+            return self
+        away = self.step * np.arange(1, math.ceil(seconds / self.step) + 1)
+        first, time, position, velocity = [0], [], [], []
+        for a, b in zip(self.first[:-1], self.first[1:], strict=True):
+            t, x = self.time[a:b], self.position[a:b]
+            count = len(away) if b - a > 1 else 0
+            came = _pace(t, x, 0, min(int(np.searchsorted(t, t[0] + 1.0)), b - a - 1))
+            goes = _pace(t, x, max(int(np.searchsorted(t, t[-1] - 1.0, "right")) - 1, 0), b - a - 1)
+            before, after = away[:count][::-1], away[:count]
+            time += [t[0] - before, t, t[-1] + after]
+            position += [x[0] - before[:, None] * came, x, x[-1] + after[:, None] * goes]
+            velocity += [np.tile(came, (count, 1)), self.velocity[a:b], np.tile(goes, (count, 1))]
+            first.append(first[-1] + 2 * count + b - a)
         return replace(
             self,
-            first=first,
-            time=self.time[at] + shift,
-            position=self.position[at] + shift[:, None] * self.velocity[at],
-            velocity=self.velocity[at],
+            first=np.array(first),
+            time=np.concatenate(time),
+            position=np.concatenate(position),
+            velocity=np.concatenate(velocity),
         )
 
     def _between(self, time: float, a: Integers, b: Integers) -> tuple[Floats, Floats]:
@@ -135,6 +145,13 @@ class Trajectories:
         position += (h * (u + v) - 2.0 * d) * s**3
         velocity = u + (6.0 * d / h - 4.0 * u - 2.0 * v) * s + (3.0 * (u + v) - 6.0 * d / h) * s**2
         return position, velocity
+
+
+def _pace(time: Floats, position: Floats, a: int, b: int) -> Floats:
+    """Mean velocity (2,) from sample ``a`` to ``b``, at most ``MAX_PACE``, m/s; 0 of one sample."""
+    elapsed = time[b] - time[a]
+    mean: Floats = (position[b] - position[a]) / (elapsed or 1.0)
+    return mean * min(1.0, MAX_PACE / max(float(np.hypot(*mean)), 1e-9))
 
 
 def read_trajectories(

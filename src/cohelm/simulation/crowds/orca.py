@@ -57,7 +57,7 @@ class Orca:
         chair's metal than for a shoulder)."""
         robot_headway: float = Field(0.5, ge=0.0, le=5.0)
         """People prefer to leave the distance that the robot approaches in this time, s (chosen on
-        half of the recordings of ``cart_encounters``); 0: none."""
+        8 of the 13 recordings of ``cohelm bench simulation``); 0: none."""
         robot_outline: bool = False
         """Avoid a row of discs that covers the robot's outline, instead of the disc around it."""
         perturbation: float = Field(1.0, ge=0.0, le=3.2)

@@ -168,8 +168,8 @@ def orca_velocities(
 ) -> Floats:
     """Compute the velocities (n, 2) of n people; further rows of the first arrays: the robot.
 
-    People would like to leave the robot the distance that it approaches in ``robot_headway``, s,
-    too. This changes the desired velocity only, so that walls and bodies come first.
+    People would also like to leave the robot the distance that it approaches in ``robot_headway``,
+    s. This changes the desired velocity only, so that walls and bodies come first.
     """
     n = desired.shape[0]
     out = np.empty((n, 2))
