@@ -26,6 +26,7 @@ def later(problem, plan, time):
     [
         ([-1.5, 0.0, 1.2, 0.0], True),  # from behind, 0.6 m/s faster
         ([-1.5, 0.0, 0.6, 0.0], False),  # follows at the chair's speed
+        ([-0.95, 0.0, 0.9, 0.0], False),  # follows closely, a little faster
         ([0.2, 1.4, 0.6, -0.8], True),  # from the side, into the chair's flank
         ([-1.0, 1.5, 0.0, -0.8], False),  # passes behind it
         ([2.0, 0.0, 0.0, 0.0], False),  # stands: the chair is the one who moves

@@ -22,6 +22,9 @@ _AHEAD = 2.0
 """Time within which a course must lead into the robot, s."""
 _TESTS = 20
 """Number of tests in that time."""
+_CLOSING = 0.5
+"""Relative speed from which somebody is on a course into the robot, m/s: who follows at its own
+pace sees it."""
 _CLOSE = 0.05
 """Gap that counts as contact, m."""
 _FORGETS = 2.0
@@ -53,7 +56,8 @@ def _on_course(
     vx, vy = cos * twist[0] - sin * twist[1], sin * twist[0] + cos * twist[1]
     out, at = np.zeros(people.shape[0], dtype=np.bool_), pose.copy()
     for i in range(people.shape[0]):
-        if math.hypot(people[i, 2], people[i, 3]) < WALKING:
+        closing = math.hypot(people[i, 2] - vx, people[i, 3] - vy)
+        if math.hypot(people[i, 2], people[i, 3]) < WALKING or closing < _CLOSING:
             continue
         for k in range(1, _TESTS + 1):
             time = _AHEAD * k / _TESTS

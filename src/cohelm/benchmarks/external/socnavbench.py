@@ -41,9 +41,6 @@ from cohelm.recordings.pedestrians.socnavbench import episode_names, read_episod
 TITLE = "SocNavBench's episodes on recorded people, who do not react"
 RADIUS, MARGIN = 0.2, 12.0
 """Radius of a person in SocNavBench, and open floor around start and goal, m."""
-WALK_ON = 60.0
-"""Time for which people come and go straight where the film no longer shows them, s: nobody
-appears or vanishes in a scanner's view."""
 MOST = 10.0
 """Cut-off of distances, m, and times to collision, s."""
 MEASURES = (
@@ -120,7 +117,6 @@ def episode_settings(file: Path, name: str) -> tuple[str, ...]:
         "floor_plan": {"size": [width, height], "rooms": {"Plaza": plaza}},
         "people.model.file": str(file),
         "people.model.episode": name,
-        "people.model.walk_on": WALK_ON,
         "people.model.at": move.tolist(),
         "start": [*start, round(math.degrees(section.robot_start_goal[0][2]), 3)],
         "goal": goal,
