@@ -176,7 +176,12 @@ def identical_film(crowd, film):
 
 def test_who_is_not_there_is_neither_told_nor_touched_nor_measured(film):
     """The chair stands where the third comes to later, and where the fourth was missed."""
-    settings = [f"people.model.file={film}", "people.model.at=[10, 10]", "tracker=given"]
+    settings = [
+        f"people.model.file={film}",
+        "people.model.at=[10, 10]",
+        "people.model.walk_on=0",
+        "tracker=given",
+    ]
     stage = build_scenario(load_scenario("filmed", ["start=[13, 13, 0]", *settings]), 0)
     assert not stage.world.crowd.sees_robot.any()
     world = World(stage.world, 0)
